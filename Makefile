@@ -1,0 +1,57 @@
+# make demo    set everything up, run the main job on real input
+# make test    set everything up, run every test
+# make check   the fast loop: format, lint, types, import directions, unit tests (core environment)
+# make bench   the benchmark tables of the README
+
+PYTHON ?= python3
+export UV_PYTHON_DOWNLOADS = never
+
+# Two hosts, two environments: build123d and CadQuery ship different builds of OCP into one folder.
+CORE := .venv
+B123D := .venv-build123d
+CQ := .venv-cadquery
+
+.PHONY: demo test check format bench clean
+
+demo: $(B123D)/ready
+	$(B123D)/bin/python examples/demo.py
+
+test: check $(B123D)/ready $(CQ)/ready
+	$(CORE)/bin/python -m pytest examples
+	$(B123D)/bin/python -m pytest tests cadfit examples
+	$(CQ)/bin/python -m pytest tests cadfit examples
+
+check: $(CORE)/ready
+	$(CORE)/bin/ruff format --check .
+	$(CORE)/bin/ruff check .
+	$(CORE)/bin/mypy
+	$(CORE)/bin/lint-imports --verbose
+	$(CORE)/bin/python -m pytest tests cadfit
+
+format: $(CORE)/ready
+	$(CORE)/bin/ruff check --fix .
+	$(CORE)/bin/ruff format .
+
+bench: $(B123D)/ready
+	$(B123D)/bin/python benchmarks/run.py
+
+# uv resolves and installs; where the machine has none, a copy of our own.
+UV := $(shell command -v uv || echo .venv-uv/bin/uv)
+
+.venv-uv/bin/uv:
+	$(PYTHON) -m venv .venv-uv
+	.venv-uv/bin/python -m pip install --quiet uv
+
+$(CORE)/ready: EXTRAS := .
+$(CORE)/ready: GROUPS := --group test --group lint
+$(B123D)/ready: EXTRAS := .[build123d,plot]
+$(CQ)/ready: EXTRAS := .[cadquery,plot]
+$(B123D)/ready $(CQ)/ready: GROUPS := --group test
+
+%/ready: pyproject.toml | $(UV)
+	$(UV) venv --quiet --clear --python $(PYTHON) $*
+	$(UV) pip install --quiet --python $*/bin/python --editable '$(EXTRAS)' $(GROUPS)
+	touch $@
+
+clean:
+	rm -rf .venv* out

@@ -1,0 +1,68 @@
+"""cadfit: ordered points to B-splines a CAD program can trust.
+
+The public names; each is imported from its module when first used, so `import cadfit` is quick and brings in
+neither a CAD kernel nor a mesh or plotting library.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cadfit.bspline import BSpline as BSpline
+    from cadfit.bspline import periodic as periodic
+    from cadfit.files import Curves as Curves
+    from cadfit.files import read as read
+    from cadfit.files import write as write
+    from cadfit.fitting.cardinal import cardinal_pieces as cardinal_pieces
+    from cadfit.fitting.cardinal import cardinal_spline as cardinal_spline
+    from cadfit.fitting.cardinal import pieces_to_spline as pieces_to_spline
+    from cadfit.fitting.deviation import Deviation as Deviation
+    from cadfit.fitting.deviation import deviation as deviation
+    from cadfit.fitting.interpolate import interpolate as interpolate
+    from cadfit.fitting.local import local_spline as local_spline
+    from cadfit.fitting.planes import fit_planes as fit_planes
+    from cadfit.fitting.planes import merge_planes as merge_planes
+    from cadfit.points.clean import clean as clean
+    from cadfit.points.parametrize import parametrize as parametrize
+    from cadfit.sweeping.frames import Frames as Frames
+    from cadfit.sweeping.frames import frames as frames
+    from cadfit.sweeping.mesh import tube as tube
+
+_HOME = {
+    "BSpline": "bspline",
+    "Curves": "files",
+    "Deviation": "fitting.deviation",
+    "Frames": "sweeping.frames",
+    "cardinal_pieces": "fitting.cardinal",
+    "cardinal_spline": "fitting.cardinal",
+    "clean": "points.clean",
+    "deviation": "fitting.deviation",
+    "fit_planes": "fitting.planes",
+    "frames": "sweeping.frames",
+    "interpolate": "fitting.interpolate",
+    "local_spline": "fitting.local",
+    "merge_planes": "fitting.planes",
+    "parametrize": "points.parametrize",
+    "periodic": "bspline",
+    "pieces_to_spline": "fitting.cardinal",
+    "read": "files",
+    "tube": "sweeping.mesh",
+    "write": "files",
+}
+
+__all__ = sorted(_HOME)
+__version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    if name == "occt":
+        return import_module("cadfit.occt")
+    if name not in _HOME:
+        raise AttributeError(f"module 'cadfit' has no attribute {name!r}")
+    value = getattr(import_module(f"cadfit.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_HOME, "occt"]

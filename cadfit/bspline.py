@@ -1,0 +1,330 @@
+"""The one curve type: a clamped, non-rational cubic B-spline in any dimension."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline as _ScipySpline
+
+from cadfit import bezier
+from cadfit.bezier import Array, Ints
+
+DEGREE = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BSpline:
+    """A clamped cubic B-spline curve: `poles` (n, d) and the full vector of `knots` (n + 4,).
+
+    Lengths are in the caller's unit. The first and the last knot stand four times, interior knots at most three
+    times; d is 1 or more, n is 4 or more. Both arrays are copied in and read-only, so a spline never changes: the
+    methods return new ones.
+
+    Raises ValueError naming what is wrong: shapes, a value that is not finite, knots that fall, a wrong multiplicity.
+    Source: de Boor, A Practical Guide to Splines (1978); Piegl and Tiller, The NURBS Book (1997), chapters 2 to 5.
+
+    >>> s = BSpline([[0, 0], [1, 2], [3, 2], [4, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> s
+    BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0])
+    >>> s(0.5)
+    array([2. , 1.5])
+    """
+
+    poles: Array
+    knots: Array
+
+    def __post_init__(self) -> None:
+        poles = _frozen(self.poles, "poles")
+        knots = _frozen(self.knots, "knots")
+        object.__setattr__(self, "poles", poles)
+        object.__setattr__(self, "knots", knots)
+        if poles.ndim != 2 or poles.shape[1] < 1 or len(poles) < DEGREE + 1:
+            raise ValueError(f"poles must have the shape (n >= 4, d >= 1), not {poles.shape}")
+        if knots.shape != (len(poles) + DEGREE + 1,):
+            raise ValueError(f"{len(poles)} poles need {len(poles) + 4} knots (full vector), not {knots.shape}")
+        steps = np.diff(knots)
+        if np.any(steps < 0):
+            row = int(np.argmax(steps < 0))
+            raise ValueError(f"knots must not fall: knot {row} is {knots[row]}, knot {row + 1} is {knots[row + 1]}")
+        if np.any(steps[:3] != 0) or np.any(steps[-3:] != 0) or steps[3] == 0 or steps[-4] == 0:
+            raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
+        interior = knots[4:-4]
+        crowded = interior[3:] == interior[:-3]
+        if np.any(crowded):
+            raise ValueError(f"the interior knot {interior[np.argmax(crowded)]} stands more than three times")
+
+    def __repr__(self) -> str:
+        spans = len(self.distinct_knots) - 1
+        low, high = self.domain
+        n, d = self.poles.shape
+        return f"BSpline({n} poles in {d}D, {spans} span{'s'[: spans > 1]}, u in [{low}, {high}])"
+
+    def __reduce__(self) -> tuple[type[BSpline], tuple[Array, Array]]:
+        return BSpline, (self.poles, self.knots)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """The first and the last parameter."""
+        return float(self.knots[0]), float(self.knots[-1])
+
+    @property
+    def distinct_knots(self) -> Array:
+        """The knots without repeats, rising (k,): with `multiplicities`, the form OCCT and STEP use."""
+        return np.asarray(self.knots[np.concatenate([[True], np.diff(self.knots) > 0])])
+
+    @property
+    def multiplicities(self) -> Ints:
+        """How often each distinct knot stands (k,); 4 at both ends."""
+        starts = np.flatnonzero(np.concatenate([[True], np.diff(self.knots) > 0, [True]]))
+        return np.diff(starts)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the last pole is the first, to the last bit."""
+        return bool(np.array_equal(self.poles[0], self.poles[-1]))
+
+    @property
+    def size(self) -> float:
+        """The diagonal of the box around the poles."""
+        return float(np.linalg.norm(np.ptp(self.poles, axis=0)))
+
+    def __call__(self, u: ArrayLike) -> Array:
+        """Return the points (..., d) at the parameters u (...).
+
+        Raises ValueError for a parameter outside the domain.
+        """
+        return self.derivative(u, 0)
+
+    def derivative(self, u: ArrayLike, order: int = 1) -> Array:
+        """Return the derivatives of the given order (..., d) at the parameters u (...).
+
+        At a knot where the derivative jumps it is the one from the right (at the end of the domain, from the left).
+        Raises ValueError for a parameter outside the domain or a negative order.
+
+        >>> BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1]).derivative([0.0, 1.0])
+        array([[3.], [3.]])
+        """
+        if order < 0:
+            raise ValueError(f"the order of a derivative must be 0 or more, not {order}")
+        u = self._inside(u)
+        if order > DEGREE:
+            return np.zeros((*u.shape, self.poles.shape[1]))
+        return np.asarray(_ScipySpline.construct_fast(self.knots, self.poles, DEGREE, extrapolate=False)(u, order))
+
+    def curvature(self, u: ArrayLike) -> Array:
+        """Return the curvature vectors (..., d) at the parameters u (...): toward the centre, of length 1 / radius.
+
+        Zero where the curve stands still (a cusp), where curvature is not defined.
+
+        >>> s = BSpline([[0, 0], [0, 0], [1, 1], [2, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+        >>> s.curvature(1.0)
+        array([-0.33333333, -0.33333333])
+        """
+        first, second = self.derivative(u, 1), self.derivative(u, 2)
+        square = np.einsum("...d,...d->...", first, first)[..., None]
+        along = np.einsum("...d,...d->...", first, second)[..., None]
+        still = square == 0
+        square = np.where(still, 1.0, square)
+        return np.where(still, 0.0, (second - along / square * first) / square)
+
+    def pieces(self) -> Array:
+        """Return the curve's Bézier pieces (spans, 4, d), one for each non-empty knot span, joined to the last bit.
+
+        Source: Piegl and Tiller, section 5.3; here in closed form from the polar values of each span.
+
+        >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces()[:, :, 0]
+        array([[0.  , 1.  , 1.5 , 2.25], [2.25, 3.  , 4.  , 5.  ]])
+        """
+        t, poles = self.knots, self.poles
+        i = np.flatnonzero(np.diff(t) > 0)
+        a, b = t[i], t[i + 1]
+        d1, d2, d3 = poles[i - 2], poles[i - 1], poles[i]
+
+        def between(p: Array, q: Array, low: Array, high: Array, x: Array) -> Array:
+            return p + ((x - low) / (high - low))[:, None] * (q - p)
+
+        out = np.empty((len(i), 4, poles.shape[1]))
+        out[:, 1] = between(d1, d2, t[i - 1], t[i + 2], a)
+        out[:, 2] = between(d1, d2, t[i - 1], t[i + 2], b)
+        before = between(poles[i - 3], d1, t[i - 2], b, a)
+        out[:, 0] = between(before, out[:, 1], t[i - 1], b, a)
+        after = between(d2, d3, a, t[i + 3], b)
+        out[:, 3] = between(out[:, 2], after, a, t[i + 2], b)
+        out[:-1, 3] = out[1:, 0]
+        out[0, 0], out[-1, 3] = poles[0], poles[-1]
+        return out
+
+    def insert_knot(self, u: float, times: int = 1) -> BSpline:
+        """Return the same curve with the knot u inserted `times` times.
+
+        Raises ValueError when u is not strictly inside the domain or would stand more than three times.
+        Source: Boehm, Inserting new knots into B-spline curves, CAD 12(4), 1980.
+
+        >>> s = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1]).insert_knot(0.5)
+        >>> len(s.poles), s(0.25)
+        (5, array([0.75]))
+        """
+        low, high = self.domain
+        if not low < u < high:
+            raise ValueError(f"a knot can be inserted strictly inside [{low}, {high}], not at {u}")
+        have = int(np.count_nonzero(self.knots == u))
+        if times < 0 or have + times > DEGREE:
+            raise ValueError(f"the knot {u} stands {have} times; {times} more is not possible (3 is the most)")
+        poles, knots = self.poles, self.knots
+        for count in range(have, have + times):
+            k = int(np.searchsorted(knots, u, side="right"))  # u lies before knots[k]
+            i = np.arange(k - DEGREE, k - count)
+            ratio = ((u - knots[i]) / (knots[i + DEGREE] - knots[i]))[:, None]
+            new = poles[i - 1] + ratio * (poles[i] - poles[i - 1])
+            poles = np.concatenate([poles[: k - DEGREE], new, poles[k - count - 1 :]])
+            knots = np.insert(knots, k, u)
+        return BSpline(poles, knots)
+
+    def split(self, u: float) -> tuple[BSpline, BSpline]:
+        """Return the part before and the part after the parameter u; both keep their parameters.
+
+        Raises ValueError when u is not strictly inside the domain.
+
+        >>> left, right = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1]).split(0.5)
+        >>> left.domain, right.domain, bool(left(0.5) == right(0.5))
+        ((0.0, 0.5), (0.5, 1.0), True)
+        """
+        full = self.insert_knot(u, DEGREE - int(np.count_nonzero(self.knots == u)))
+        i = int(np.searchsorted(full.knots, u))
+        left = BSpline(full.poles[:i], np.append(full.knots[: i + DEGREE], u))
+        right = BSpline(full.poles[i - 1 :], np.concatenate([[u], full.knots[i:]]))
+        return left, right
+
+    def reversed(self) -> BSpline:
+        """Return the same curve run backwards, on the same domain.
+
+        >>> BSpline([[0.0], [1.0], [2.0], [4.0]], [0, 0, 0, 0, 1, 1, 1, 1]).reversed().poles[:, 0]
+        array([4., 2., 1., 0.])
+        """
+        low, high = self.domain
+        knots = low + high - self.knots[::-1]
+        knots[:4], knots[-4:] = low, high
+        return BSpline(self.poles[::-1], knots)
+
+    def transformed(self, matrix: ArrayLike, offset: ArrayLike = 0.0) -> BSpline:
+        """Return the curve under the affine map x -> matrix x + offset.
+
+        `matrix` (k, d) and `offset` (k,) or a number; with k other than d the curve is projected or lifted.
+        Raises ValueError when the shapes do not fit.
+
+        >>> flat = BSpline([[0, 0], [1, 1], [2, 1], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+        >>> flat.transformed([[1, 0], [0, 1], [0, 0]], [0, 0, 5]).poles[1]
+        array([1., 1., 5.])
+        """
+        matrix = np.asarray(matrix, dtype=np.float64)
+        if matrix.ndim != 2 or matrix.shape[1] != self.poles.shape[1]:
+            raise ValueError(f"the matrix must have the shape (k, {self.poles.shape[1]}), not {matrix.shape}")
+        return BSpline(self.poles @ matrix.T + np.asarray(offset, dtype=np.float64), self.knots)
+
+    def length(self, accuracy: float = 1e-9) -> float:
+        """Return the arc length, with an estimated relative error of at most `accuracy` (see `bezier.lengths`).
+
+        >>> BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]).length()
+        3.0
+        """
+        return float(bezier.lengths(self.pieces(), accuracy).sum())
+
+    def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Return the parameters (...) and distances (...) of the curve's nearest places to `points` (..., d).
+
+        The search over the whole curve is branch and bound, so it does not settle in a local minimum (its limits:
+        `bezier.nearest`). Raises ValueError when the points have another dimension than the curve.
+
+        >>> s = BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+        >>> s.nearest([1.5, 2.0])
+        (array(0.5), array(2.))
+        """
+        points = np.asarray(points, dtype=np.float64)
+        d = self.poles.shape[1]
+        if points.ndim == 0 or points.shape[-1] != d:
+            raise ValueError(f"points must have the shape (..., {d}), not {points.shape}")
+        if not np.isfinite(points).all():
+            raise ValueError("points must be finite")
+        shape = points.shape[:-1]
+        piece, t, distance = bezier.nearest(self.pieces(), points.reshape(-1, d))
+        spans = self.distinct_knots
+        u = spans[piece] + t * (spans[piece + 1] - spans[piece])
+        return np.clip(u, *self.domain).reshape(shape), distance.reshape(shape)
+
+    def isclose(self, other: BSpline, tolerance: float = 1e-9) -> bool:
+        """Return whether poles and knots agree, poles to `tolerance` times the size, knots times the domain.
+
+        >>> s = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1])
+        >>> s.isclose(s.reversed().reversed()), s.isclose(s.reversed())
+        (True, False)
+        """
+        if self.poles.shape != other.poles.shape:
+            return False
+        low, high = self.domain
+        apart = np.linalg.norm(self.poles - other.poles, axis=1).max()
+        off = np.abs(self.knots - other.knots).max()
+        return bool(apart <= tolerance * self.size and off <= tolerance * (high - low))
+
+    def _inside(self, u: ArrayLike) -> Array:
+        u = np.asarray(u, dtype=np.float64)
+        low, high = self.domain
+        if u.size and not (u.min() >= low and u.max() <= high):
+            bad = u[~((u >= low) & (u <= high))].flat[0]
+            raise ValueError(f"the parameter {bad} is outside [{low}, {high}]")
+        return u
+
+
+def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
+    """Return the closed C2 spline of periodic control points, clamped at the period's ends.
+
+    `poles` (n, d): control point j is the polar value at knots j - 1, j, j + 1 of the period, so on uniform knots it
+    pulls at knots[j]; `knots` (n + 1,), rising strictly, from the period's start to its end. n is 3 or more. The
+    shape is not changed by the clamping (knot insertion); the last pole is the first, to the last bit.
+
+    >>> square = periodic([[0, 0], [6, 0], [6, 6], [0, 6]], [0, 1, 2, 3, 4])
+    >>> square(0.0), square.closed
+    (array([1., 1.]), True)
+    """
+    poles, knots = np.asarray(poles, dtype=np.float64), np.asarray(knots, dtype=np.float64)
+    n = len(poles)
+    if n < 3 or knots.shape != (n + 1,) or np.any(np.diff(knots) <= 0):
+        raise ValueError(f"{n} periodic poles (3 or more) need {n + 1} knots that rise")
+    period = knots[-1] - knots[0]
+    steps = np.arange(-2, n + 3)
+    t = knots[steps % n] + period * (steps // n)  # t[j + 2] is knot j
+    start = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6])
+    end = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6] + period)
+    a, b = knots[0], knots[-1]
+    head = [start(a, a, a), start(a, a, t[3]), start(a, t[3], t[4])]
+    tail = [end(t[n], t[n + 1], b), end(t[n + 1], b, b), head[0]]
+    clamped = np.concatenate([head, poles[2 : n - 1], tail]) if n > 3 else np.array(head + tail)
+    return BSpline(clamped, np.concatenate([[a] * 3, knots, [b] * 3]))
+
+
+def _polar(four: Array, t: Array) -> Callable[[float, float, float], Array]:
+    """Return the polar form of the span between t[2] and t[3], given its four poles and six knots."""
+
+    def value(*x: float) -> Array:
+        level = four
+        for r in range(3):
+            low, high = t[r:3], t[3 : 6 - r]
+            ratio = ((x[r] - low) / (high - low))[:, None]
+            level = level[:-1] + ratio * np.diff(level, axis=0)
+        return np.asarray(level[0])
+
+    return value
+
+
+def _frozen(values: ArrayLike, name: str) -> Array:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
+    if not np.isfinite(array).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name} must be finite: entry {where} is {array[where]}")
+    array.setflags(write=False)
+    return array

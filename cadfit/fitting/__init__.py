@@ -1,0 +1,1 @@
+"""From points to curves, and how far a curve is from its points."""

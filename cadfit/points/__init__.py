@@ -1,0 +1,1 @@
+"""Ordered points: cleaning and parametrization."""

@@ -1,0 +1,112 @@
+"""Points as people have them: checked, repeats taken out and counted, closed contours recognised."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cadfit.bezier import Array, Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CleanPoints:
+    """Points without consecutive repeats, and what became of the caller's rows.
+
+    `points` (n, d); `kept` (n,) and `dropped` are indices of the caller's rows: points[i] is the caller's row
+    kept[i], and each dropped row repeated the row before it. `closed`: the curve returns to its first point, which
+    is not repeated at the end (a last row that repeated the first is in neither list).
+    """
+
+    points: Array
+    kept: Ints
+    dropped: Ints
+    closed: bool
+
+
+def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> Array:
+    """Return the points as a new float64 array (n, d), checked.
+
+    Raises ValueError naming the row and what was there: rows of different lengths, text, NaN or infinity, no rows of
+    numbers at all, or fewer than `least` rows.
+
+    >>> as_points([(0, 0), (1, 2)])
+    array([[0., 0.],
+           [1., 2.]])
+    >>> as_points([(0, 0), (1, float("nan"))])
+    Traceback (most recent call last):
+    ValueError: row 1 of the points is not finite: [1.0, nan]
+    """
+    try:
+        array = np.array(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(_why_not_numbers(points)) from None
+    if array.ndim != 2 or array.shape[1] == 0:
+        raise ValueError(f"points must have the shape (n, d): n rows of d coordinates, not {array.shape}")
+    if len(array) < least:
+        raise ValueError(f"at least {least} points are needed, not {len(array)}")
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise ValueError(f"row {row} of the points is not finite: {array[row].tolist()}")
+    return array
+
+
+def as_contour(points: ArrayLike, closed: bool, least: int = 2) -> Array:
+    """Return checked points (n, d); with `closed`, without a last row that repeats the first.
+
+    Raises ValueError as `as_points`, and when a closed curve has fewer than 3 points.
+
+    >>> as_contour([(0, 0), (1, 0), (0, 1), (0, 0)], closed=True).tolist()
+    [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+    """
+    array = as_points(points, least)
+    if closed and np.array_equal(array[0], array[-1]):
+        array = array[:-1]
+    if closed and len(array) < 3:
+        raise ValueError(f"a closed curve needs at least 3 points, not {len(array)}")
+    return array
+
+
+def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
+    """Return the points (n, d) checked and without consecutive repeats, with what was dropped.
+
+    `closed`: whether the curve returns to its first point; None: it does when the last row repeats the first (and
+    there are 3 distinct points).
+
+    Raises ValueError naming the row for anything but numbers (`as_points`), and when fewer than 2 distinct points
+    (closed: 3) are left.
+
+    >>> contour = clean([(0, 0), (1, 0), (1, 0), (0, 1), (0, 0)])
+    >>> contour.points.tolist(), contour.dropped.tolist(), contour.closed
+    ([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [2], True)
+    """
+    array = as_points(points)
+    fresh = np.concatenate([[True], np.any(array[1:] != array[:-1], axis=1)])
+    kept = np.flatnonzero(fresh)
+    returns = len(kept) > 1 and np.array_equal(array[kept[0]], array[kept[-1]])
+    if closed is None:
+        closed = bool(returns and len(kept) > 3)
+    if closed and returns:
+        kept = kept[:-1]
+    least = 3 if closed else 2
+    if len(kept) < least:
+        kind = "a closed curve" if closed else "a curve"
+        raise ValueError(f"{kind} needs at least {least} distinct points; the {len(array)} given have {len(kept)}")
+    return CleanPoints(array[kept], kept, np.flatnonzero(~fresh), closed)
+
+
+def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:
+    """Find the first row that keeps the points from being an array of numbers."""
+    width = None
+    for row, values in enumerate(points):  # type: ignore[arg-type, union-attr]
+        try:
+            count = np.array(values, dtype=np.float64).size
+        except (TypeError, ValueError):
+            return f"row {row} of the points is not a row of numbers: {values!r}"
+        if width is not None and count != width:
+            return f"row {row} of the points has {count} coordinates, the rows before it {width}: {values!r}"
+        width = count
+    return f"points must be rows of numbers, not {points!r:.80}"

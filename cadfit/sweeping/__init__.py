@@ -1,0 +1,1 @@
+"""Frames along a path, and the meshes swept along it."""
