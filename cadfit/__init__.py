@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cadfit.bspline import BSpline as BSpline
-    from cadfit.bspline import periodic as periodic
     from cadfit.files import Curves as Curves
     from cadfit.files import read as read
     from cadfit.files import write as write
+    from cadfit.fitting.cardinal import c2_spline as c2_spline
     from cadfit.fitting.cardinal import cardinal_pieces as cardinal_pieces
     from cadfit.fitting.cardinal import cardinal_spline as cardinal_spline
     from cadfit.fitting.cardinal import pieces_to_spline as pieces_to_spline
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from cadfit.fitting.local import local_spline as local_spline
     from cadfit.fitting.planes import fit_planes as fit_planes
     from cadfit.fitting.planes import merge_planes as merge_planes
+    from cadfit.joining import join as join
+    from cadfit.joining import periodic as periodic
     from cadfit.points.clean import clean as clean
     from cadfit.points.parametrize import parametrize as parametrize
     from cadfit.sweeping.frames import Frames as Frames
@@ -33,6 +35,7 @@ _HOME = {
     "Curves": "files",
     "Deviation": "fitting.deviation",
     "Frames": "sweeping.frames",
+    "c2_spline": "fitting.cardinal",
     "cardinal_pieces": "fitting.cardinal",
     "cardinal_spline": "fitting.cardinal",
     "clean": "points.clean",
@@ -40,10 +43,11 @@ _HOME = {
     "fit_planes": "fitting.planes",
     "frames": "sweeping.frames",
     "interpolate": "fitting.interpolate",
+    "join": "joining",
     "local_spline": "fitting.local",
     "merge_planes": "fitting.planes",
     "parametrize": "points.parametrize",
-    "periodic": "bspline",
+    "periodic": "joining",
     "pieces_to_spline": "fitting.cardinal",
     "read": "files",
     "tube": "sweeping.mesh",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,11 +44,11 @@ class BSpline:
             raise ValueError(f"poles must have the shape (n >= 4, d >= 1), not {poles.shape}")
         if knots.shape != (len(poles) + DEGREE + 1,):
             raise ValueError(f"{len(poles)} poles need {len(poles) + 4} knots (full vector), not {knots.shape}")
-        steps = np.diff(knots)
-        if np.any(steps < 0):
-            row = int(np.argmax(steps < 0))
+        falls = knots[1:] < knots[:-1]
+        if falls.any():
+            row = int(np.argmax(falls))
             raise ValueError(f"knots must not fall: knot {row} is {knots[row]}, knot {row + 1} is {knots[row + 1]}")
-        if np.any(steps[:3] != 0) or np.any(steps[-3:] != 0) or steps[3] == 0 or steps[-4] == 0:
+        if not (knots[0] == knots[3] < knots[4] and knots[-5] < knots[-4] == knots[-1]):
             raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
         interior = knots[4:-4]
         crowded = interior[3:] == interior[:-3]
@@ -277,54 +276,22 @@ class BSpline:
         return u
 
 
-def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
-    """Return the closed C2 spline of periodic control points, clamped at the period's ends.
-
-    `poles` (n, d): control point j is the polar value at knots j - 1, j, j + 1 of the period, so on uniform knots it
-    pulls at knots[j]; `knots` (n + 1,), rising strictly, from the period's start to its end. n is 3 or more. The
-    shape is not changed by the clamping (knot insertion); the last pole is the first, to the last bit.
-
-    >>> square = periodic([[0, 0], [6, 0], [6, 6], [0, 6]], [0, 1, 2, 3, 4])
-    >>> square(0.0), square.closed
-    (array([1., 1.]), True)
-    """
-    poles, knots = np.asarray(poles, dtype=np.float64), np.asarray(knots, dtype=np.float64)
-    n = len(poles)
-    if n < 3 or knots.shape != (n + 1,) or np.any(np.diff(knots) <= 0):
-        raise ValueError(f"{n} periodic poles (3 or more) need {n + 1} knots that rise")
-    period = knots[-1] - knots[0]
-    steps = np.arange(-2, n + 3)
-    t = knots[steps % n] + period * (steps // n)  # t[j + 2] is knot j
-    start = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6])
-    end = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6] + period)
-    a, b = knots[0], knots[-1]
-    head = [start(a, a, a), start(a, a, t[3]), start(a, t[3], t[4])]
-    tail = [end(t[n], t[n + 1], b), end(t[n + 1], b, b), head[0]]
-    clamped = np.concatenate([head, poles[2 : n - 1], tail]) if n > 3 else np.array(head + tail)
-    return BSpline(clamped, np.concatenate([[a] * 3, knots, [b] * 3]))
-
-
-def _polar(four: Array, t: Array) -> Callable[[float, float, float], Array]:
-    """Return the polar form of the span between t[2] and t[3], given its four poles and six knots."""
-
-    def value(*x: float) -> Array:
-        level = four
-        for r in range(3):
-            low, high = t[r:3], t[3 : 6 - r]
-            ratio = ((x[r] - low) / (high - low))[:, None]
-            level = level[:-1] + ratio * np.diff(level, axis=0)
-        return np.asarray(level[0])
-
-    return value
-
-
 def _frozen(values: ArrayLike, name: str) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and values.base is None:
+        array = values if not values.flags.writeable else values.copy()  # read-only and its own: nothing to copy
+    else:
+        try:
+            array = np.array(values, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
     if not np.isfinite(array).all():
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must be finite: entry {where} is {array[where]}")
+    array.setflags(write=False)
+    return array
+
+
+def own(array: Array) -> Array:
+    """Make a new array read-only, so that a `BSpline` takes it without a copy; for arrays no one else writes to."""
     array.setflags(write=False)
     return array

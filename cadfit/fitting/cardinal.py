@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
-from cadfit.bspline import BSpline, periodic
+from cadfit.bspline import BSpline, own
+from cadfit.joining import periodic
 from cadfit.points.clean import as_contour
 
 
@@ -30,20 +31,25 @@ def cardinal_pieces(points: ArrayLike, tension: float = 0.5, closed: bool = Fals
            [0.5       , 1.5       ],
            [1.        , 2.        ]])
     """
+    return _pieces(_control_points(points, tension, closed))
+
+
+def _control_points(points: ArrayLike, tension: float, closed: bool) -> Array:
+    """Return the cardinal spline's 3m + 1 control points, each joint once."""
     points = as_contour(points, closed)
-    tangents = cardinal_tangents(points, tension, closed)
-    if closed:
-        points, tangents = (np.concatenate([a, a[:1]]) for a in (points, tangents))
-    handles = tangents / 3.0
-    return np.stack([points[:-1], points[:-1] + handles[:-1], points[1:] - handles[1:], points[1:]], axis=1)
-
-
-def cardinal_tangents(points: Array, tension: float, closed: bool) -> Array:
-    """Return the cardinal tangents (n, d), per data interval, of checked points (n, d)."""
-    if closed:
-        return np.asarray(tension * (np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)))
-    around = np.concatenate([points[:1], points, points[-1:]])
-    return np.asarray(tension * (around[2:] - around[:-2]))
+    m = len(points) - (not closed)
+    control = np.empty((3 * m + 1, points.shape[1]))
+    joints, leave, arrive = control[0::3], control[1::3], control[2::3]
+    joints[: len(points)] = points
+    joints[-1] = points[0] if closed else points[-1]
+    handles = np.empty_like(joints)
+    handles[1:-1] = joints[2:] - joints[:-2]
+    handles[0] = joints[1] - joints[-2 if closed else 0]
+    handles[-1] = handles[0] if closed else joints[-1] - joints[-2]
+    handles *= tension / 3.0
+    np.add(joints[:-1], handles[:-1], out=leave)
+    np.subtract(joints[1:], handles[1:], out=arrive)
+    return control
 
 
 def cardinal_spline(points: ArrayLike, tension: float = 0.5, curvature: float = 0.0, closed: bool = False) -> BSpline:
@@ -71,46 +77,71 @@ def cardinal_spline(points: ArrayLike, tension: float = 0.5, curvature: float = 
            [3., 3.],
            [4., 3.]])
     """
-    points = as_contour(points, closed)
-    handles = cardinal_tangents(points, tension, closed) / 3.0
+    control = _control_points(points, tension, closed)
+    if curvature:
+        _restore_curvature(control, curvature / 9.0, closed)
+    return _uniform_spline(control, closed)
+
+
+def _restore_curvature(control: Array, share: float, closed: bool) -> None:
+    """Give the joints that part of their second differences, in place: the triple p + c/3, p - c/6, p + c/3."""
+    joints = control[0::3].copy()
+    bends = share * np.diff(joints, n=2, axis=0)
+    control[3:-1:3] -= bends / 6.0
+    control[2:-2:3] += bends / 3.0
+    control[4::3] += bends / 3.0
     if closed:
-        bends = curvature / 9.0 * (np.roll(points, -1, axis=0) - 2.0 * points + np.roll(points, 1, axis=0))
-        triples = point_triples(points, handles, bends, np.ones(len(points)), np.ones(len(points)))
-        # Pole 3k is centred on knot 3k; the first point's left pole is the period's last.
-        return periodic(np.roll(triples.reshape(-1, points.shape[1]), -1, axis=0), np.arange(3.0 * len(points) + 1))
-    bends = curvature / 9.0 * np.diff(points, n=2, axis=0)
-    inner = point_triples(points[1:-1], handles[1:-1], bends, np.ones(len(bends)), np.ones(len(bends)))
-    poles = np.concatenate(
-        [
-            [points[0], points[0] + handles[0]],
-            inner.reshape(-1, points.shape[1]),
-            [points[-1] - handles[-1], points[-1]],
-        ]
-    )
-    last = len(poles) - 3.0
-    return BSpline(poles, np.concatenate([[0.0] * 3, np.arange(last + 1.0), [last] * 3]))
+        bend = share * (joints[1] - 2.0 * joints[0] + joints[-2])
+        control[[0, -1]] -= bend / 6.0
+        control[[1, -2]] += bend / 3.0
+
+
+def c2_spline(pieces: ArrayLike, closed: bool = False) -> BSpline:
+    """Return the C2 B-spline on the control points of a C1 chain of Bézier pieces (m, 4, d): step 3 of FC2.
+
+    The 3m + 1 control points become the poles, on the clamped uniform knots 0, 0, 0, 0, 1, 2, ..., 3m - 2 (closed:
+    periodic, the joints at 0, 3, 6, ...). Where the chain is C1 the spline passes through the joint with the chain's
+    direction and second derivative zero; it is not the same shape as the chain (`pieces_to_spline` is).
+
+    Raises ValueError for a wrong shape. Source: the paper, section 2.3.
+
+    >>> c2_spline(cardinal_pieces([[0.0], [1.0], [3.0]])).knots
+    array([0., 0., 0., 0., 1., 2., 3., 4., 4., 4., 4.])
+    """
+    pieces = _checked(pieces)
+    return _uniform_spline(np.concatenate([pieces[:, :3].reshape(-1, pieces.shape[2]), pieces[-1:, 3]]), closed)
+
+
+def _pieces(control: Array) -> Array:
+    """Return the Bézier pieces (m, 4, d) of 3m + 1 control points."""
+    return np.stack([control[0:-1:3], control[1::3], control[2::3], control[3::3]], axis=1)
+
+
+def _uniform_spline(control: Array, closed: bool) -> BSpline:
+    if closed:
+        return periodic(control[:-1], np.arange(float(len(control))))
+    knots = np.arange(-3.0, len(control) + 1.0)
+    np.clip(knots, 0.0, len(control) - 3.0, out=knots)
+    return BSpline(own(control), own(knots))
 
 
 def point_triples(values: Array, first: Array, second: Array, before: Array, after: Array) -> Array:
-    """Return the three poles (n, 3, d) that give each knot a value, a first and a second derivative.
+    """Return the three poles a knot (3n, d) that give each knot a value, a first and a second derivative.
 
-    `values`, `first`, `second` (n, d), derivatives by the parameter; `before` and `after` (n,) are the knot spacings
-    left and right of each, two equal spans on each side. The poles are the polar values at (-2a, -a, 0), (-a, 0, b) and
-    (0, b, 2b) of the Taylor polynomial at the knot; its third derivative does not enter.
+    `values`, `first`, `second` (d, n), a row a coordinate, derivatives by the parameter; `before` and `after` (n,) are
+    the knot spacings left and right of each, two equal spans on each side. The poles are the polar values at
+    (-2a, -a, 0), (-a, 0, b) and (0, b, 2b) of the Taylor polynomial at the knot; its third derivative does not enter.
 
     >>> one, zero = np.ones((1, 1)), np.zeros((1, 1))
-    >>> point_triples(zero, one, zero, one[0], 2 * one[0])[0, :, 0]
+    >>> point_triples(zero, one, zero, one[0], 2 * one[0])[:, 0]
     array([-1.        ,  0.33333333,  2.        ])
     """
-    a, b = before[:, None], after[:, None]
-    return np.stack(
-        [
-            values - a * first + a * a / 3.0 * second,
-            values + (b - a) / 3.0 * first - a * b / 6.0 * second,
-            values + b * first + b * b / 3.0 * second,
-        ],
-        axis=1,
-    )
+    triples = np.empty((values.shape[1], 3, values.shape[0]))
+    third = second / 3.0
+    triples[:, 0] = (values - before * (first - before * third)).T
+    triples[:, 1] = (values + (after - before) / 3.0 * first - (0.5 * before * after) * third).T
+    triples[:, 2] = (values + after * (first + after * third)).T
+    return triples.reshape(-1, values.shape[0])
 
 
 def pieces_to_spline(pieces: ArrayLike) -> BSpline:
@@ -125,9 +156,7 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
     >>> pieces_to_spline(cardinal_pieces([[0.0], [1.0], [3.0]])).knots
     array([0., 0., 0., 0., 1., 1., 2., 2., 2., 2.])
     """
-    pieces = np.asarray(pieces, dtype=np.float64)
-    if pieces.ndim != 3 or pieces.shape[1] != 4 or len(pieces) == 0:
-        raise ValueError(f"pieces must have the shape (m, 4, d), not {pieces.shape}")
+    pieces = _checked(pieces)
     rounding = 1e-12 * max(float(np.abs(pieces).max()), np.finfo(np.float64).tiny)
     gaps = np.abs(pieces[1:, 0] - pieces[:-1, 3]).max(axis=1, initial=0.0)
     if np.any(gaps > rounding):
@@ -140,3 +169,10 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
     joints = np.arange(1.0, len(pieces))
     inner = np.repeat(joints, np.where(corner, 3, 2))
     return BSpline(pieces[keep], np.concatenate([[0.0] * 4, inner, [float(len(pieces))] * 4]))
+
+
+def _checked(pieces: ArrayLike) -> Array:
+    pieces = np.asarray(pieces, dtype=np.float64)
+    if pieces.ndim != 3 or pieces.shape[1] != 4 or len(pieces) == 0:
+        raise ValueError(f"pieces must have the shape (m, 4, d), not {pieces.shape}")
+    return pieces

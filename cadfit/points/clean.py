@@ -47,9 +47,9 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
         raise ValueError(f"points must have the shape (n, d): n rows of d coordinates, not {array.shape}")
     if len(array) < least:
         raise ValueError(f"at least {least} points are needed, not {len(array)}")
-    finite = np.isfinite(array).all(axis=1)
+    finite = np.isfinite(array)
     if not finite.all():
-        row = int(np.argmin(finite))
+        row = int(np.argmin(finite.all(axis=1)))
         raise ValueError(f"row {row} of the points is not finite: {array[row].tolist()}")
     return array
 
@@ -63,9 +63,11 @@ def as_contour(points: ArrayLike, closed: bool, least: int = 2) -> Array:
     [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     """
     array = as_points(points, least)
-    if closed and np.array_equal(array[0], array[-1]):
+    if not closed:
+        return array
+    if np.array_equal(array[0], array[-1]):
         array = array[:-1]
-    if closed and len(array) < 3:
+    if len(array) < 3:
         raise ValueError(f"a closed curve needs at least 3 points, not {len(array)}")
     return array
 
@@ -101,7 +103,7 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
 def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:
     """Find the first row that keeps the points from being an array of numbers."""
     width = None
-    for row, values in enumerate(points):  # type: ignore[arg-type, union-attr]
+    for row, values in enumerate(points):  # type: ignore[arg-type]
         try:
             count = np.array(values, dtype=np.float64).size
         except (TypeError, ValueError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
@@ -12,7 +13,7 @@ from cadfit.points.clean import as_points
 
 Parametrization = Literal["uniform", "centripetal", "chord"]
 
-_EXPONENT = {"uniform": 0.0, "centripetal": 0.5, "chord": 1.0}
+_STEP: dict[str, Callable[[Array], Array]] = {"uniform": np.ones_like, "centripetal": np.sqrt, "chord": np.asarray}
 
 
 def parametrize(points: ArrayLike, parametrization: Parametrization = "centripetal", closed: bool = False) -> Array:
@@ -28,16 +29,18 @@ def parametrize(points: ArrayLike, parametrization: Parametrization = "centripet
     >>> parametrize([[0, 0], [4, 0], [4, 9]], "centripetal").round(3)
     array([ 0. ,  5.2, 13. ])
     """
-    if parametrization not in _EXPONENT:
+    if parametrization not in _STEP:
         raise ValueError(f"parametrization must be one of {get_args(Parametrization)}, not {parametrization!r}")
     points = as_points(points)
-    following = np.roll(points, -1, axis=0)
-    chords = np.linalg.norm(following - points, axis=1)[: None if closed else -1]
-    if np.any(chords == 0):
+    if closed:
+        points = np.concatenate([points, points[:1]])
+    steps = points[1:] - points[:-1]
+    chords = np.sqrt(np.einsum("nd,nd->n", steps, steps))
+    if not chords.all():
         row = int(np.argmin(chords))
-        raise ValueError(
-            f"rows {row} and {(row + 1) % len(points)} of the points are equal: drop repeats with cadfit.clean"
-        )
-    steps = chords ** _EXPONENT[parametrization]
-    parameters = np.concatenate([[0.0], np.cumsum(steps)])
-    return np.asarray(parameters * (chords.sum() / parameters[-1]))
+        following = (row + 1) % (len(points) - closed)
+        raise ValueError(f"rows {row} and {following} of the points are equal: drop repeats with cadfit.clean")
+    parameters = np.zeros(len(points))
+    np.cumsum(_STEP[parametrization](chords), out=parameters[1:])
+    parameters *= chords.sum() / parameters[-1]
+    return parameters

@@ -1,0 +1,182 @@
+"""A C2 interpolant from the derivative estimates of five neighbours: no linear system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline, own
+from cadfit.fitting.cardinal import point_triples
+from cadfit.joining import periodic
+from cadfit.points.clean import as_contour
+from cadfit.points.parametrize import Parametrization, parametrize
+
+# The part of the speed along the slower neighbouring chord by which the five-point estimate may leave the three-point
+# one. On evenly sampled curves the two differ by less (4 % at 12 points a turn), so nothing is lost there; on rough
+# points 0.1 keeps the bulge over any chord below a quarter of its length (five points alone: up to 4 times its length).
+_TRUST = 0.1
+_BLOCK = 1 << 13
+
+
+def local_spline(points: ArrayLike, closed: bool = False, parametrization: Parametrization = "centripetal") -> BSpline:
+    """Return the C2 spline through the points with derivatives estimated from five neighbours, solving no system.
+
+    `points` (n, d), at least 2 (closed: 3), in any dimension, neighbours distinct. First and second derivatives at
+    a point are those of the quartic through it and its two neighbours on either side, one-sided near open ends (with
+    fewer than five points, of the polynomial through all). A point moves the curve only up to its third neighbour.
+    Smooth samples are met to high order: on the unit circle the error is 7.6e-5 at 12 points and 2.2e-7 at 24.
+
+    "uniform" parameters take those estimates as they are, and overshoot or loop where the spacing is uneven.
+    "centripetal" and "chord" parameters follow the spacing, and an estimate is drawn toward that of three points where
+    the two disagree, so spacing ratios of 1e3 bulge by less than a quarter of a chord. Chord length is the most exact
+    on smooth curves sampled unevenly; centripetal is the safest (it did not run back along a chord on any real curve
+    tried) and on most real data the nearer to points left out. With `closed` the curve is C2 across the seam, and the
+    first point may be repeated at the end or not. Point k lies at the parameter
+    `parametrize(points, parametrization, closed)[k]`.
+
+    Raises ValueError naming the row for bad points or equal neighbours.
+    Source: ours; the poles around a point are `cardinal.point_triples`.
+
+    >>> turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    >>> ring = local_spline(np.column_stack([np.cos(turn), np.sin(turn)]), closed=True)
+    >>> radius = np.linalg.norm(ring(np.linspace(*ring.domain, 2001)), axis=1)
+    >>> float(abs(radius - 1).max().round(7))
+    7.63e-05
+    """
+    points = as_contour(points, closed)
+    u = parametrize(points, parametrization, closed)
+    trust = np.inf if parametrization == "uniform" else _TRUST
+    return _closed_spline(points, u, trust) if closed else _open_spline(points, u, trust)
+
+
+def neighbour_derivatives(points: Array, steps: Array, trust: float = np.inf) -> Array:
+    """Return the first and second derivatives (2, d, n) at each point of the quartic through its five neighbours.
+
+    `points` (d, n), a row a coordinate (long rows are what numpy is quick at), `steps` (n - 1,) the parameter steps
+    between them. At the two points next to an end it is the quartic through the five nearest that end; fewer points
+    take the polynomial through all. Where the five-point values leave the three-point ones by more than `trust` times
+    the speed along the slower neighbouring chord, they are drawn back to that.
+    Source: Newton's divided differences; the limit is ours.
+
+    >>> x = np.arange(6.0)
+    >>> first, second = neighbour_derivatives(x[None] ** 4, np.ones(5))
+    >>> bool(abs(first - 4 * x**3).max() < 1e-9), bool(abs(second - 12 * x**2).max() < 1e-9)
+    (True, True)
+    """
+    slopes = (points[:, 1:] - points[:, :-1]) / steps
+    derivatives = np.zeros((2, *points.shape))
+    if len(steps) == 1:
+        derivatives[0] = slopes
+        return derivatives
+    pairs = steps[:-1] + steps[1:]
+    bends = (slopes[:, 1:] - slopes[:, :-1]) / pairs  # second divided differences, at the inner points
+    first, second = derivatives
+    np.add(slopes[:, :-1], steps[:-1] * bends, out=first[:, 1:-1])
+    first[:, 0] = slopes[:, 0] - steps[0] * bends[:, 0]
+    first[:, -1] = slopes[:, -1] + steps[-1] * bends[:, -1]
+    np.multiply(bends, 2.0, out=second[:, 1:-1])
+    second[:, 0], second[:, -1] = second[:, 1], second[:, -2]
+    if len(steps) > 2:
+        corrections = _five_point_corrections(steps, pairs, bends)
+        if trust < np.inf:
+            corrections *= _trusted_part(slopes, steps, corrections, trust)
+        derivatives += corrections
+    return derivatives
+
+
+def _five_point_corrections(steps: Array, pairs: Array, bends: Array) -> Array:
+    """Return what third and fourth divided differences add to the three-point derivatives, (2, d, n)."""
+    third = (bends[:, 1:] - bends[:, :-1]) / (pairs[:-1] + steps[2:])
+    fourth = np.zeros_like(bends)
+    if third.shape[1] > 1:
+        np.divide(third[:, 1:] - third[:, :-1], pairs[:-2] + pairs[2:], out=fourth[:, 1:-1])
+        fourth[:, 0], fourth[:, -1] = fourth[:, 1], fourth[:, -2]  # next to the ends: the quartic of the neighbour
+    mixed = np.empty_like(bends)  # the cubic's third difference, corrected for the quartic's
+    np.subtract(third, pairs[1:] * fourth[:, :-1], out=mixed[:, :-1])
+    mixed[:, -1] = third[:, -1] + pairs[-2] * fourth[:, -1]
+    corrections = np.empty((2, len(bends), len(steps) + 1))
+    before, after = steps[:-1], steps[1:]
+    product = before * after
+    np.multiply(-product, mixed, out=corrections[0, :, 1:-1])
+    np.add((2.0 * (before - after)) * mixed, (-2.0 * product) * fourth, out=corrections[1, :, 1:-1])
+    corrections[..., 0] = _end_corrections(steps[:3].cumsum(), third[:, 0], fourth[:, 0])
+    corrections[..., -1] = _end_corrections(-steps[:-4:-1].cumsum(), third[:, -1], fourth[:, -1])
+    return corrections
+
+
+def _end_corrections(offsets: Array, third: Array, fourth: Array) -> Array:
+    """The same at an end (2, d), with the signed parameter offsets (3,) of the next points."""
+    a, b, c = offsets.tolist()
+    parts = np.array([[a * b, -a * b * c], [-2.0 * (a + b), 2.0 * (a * b + a * c + b * c)]])
+    return np.asarray(parts @ np.array([third, fourth]))
+
+
+def _trusted_part(slopes: Array, steps: Array, corrections: Array, trust: float) -> Array:
+    """Return the factors (n,) in (0, 1] that keep the corrections within their limit."""
+    speeds = np.einsum("dn,dn->n", slopes, slopes)
+    first, second = np.einsum("kdn,kdn->kn", corrections, corrections)
+    limit, longer = np.empty(len(first)), np.empty(len(first))
+    np.minimum(speeds[:-1], speeds[1:], out=limit[1:-1])
+    np.maximum(steps[:-1], steps[1:], out=longer[1:-1])
+    limit[0], limit[-1], longer[0], longer[-1] = speeds[0], speeds[-1], steps[0], steps[-1]
+    limit *= trust * trust
+    change = np.maximum(first, longer * longer * second)
+    return np.asarray(np.sqrt(limit / np.maximum(limit, change)))
+
+
+def _derivative_blocks(points: Array, steps: Array, trust: float) -> Iterator[tuple[slice, Array, Array]]:
+    """Yield rows and their first and second derivatives, a block at a time: 1e6 points pass through the cache."""
+    n = len(points)
+    for start in range(0, n, _BLOCK):
+        stop = min(start + _BLOCK, n)
+        low, high = max(start - 4, 0), min(stop + 4, n)  # enough for the ends' five points
+        columns = np.ascontiguousarray(points[low:high].T)
+        first, second = neighbour_derivatives(columns, steps[low : high - 1], trust)[..., start - low : stop - low]
+        yield slice(start, stop), first, second
+
+
+def _open_spline(points: Array, u: Array, trust: float) -> BSpline:
+    """Three spans a data interval, two in the first and the last, whose end poles take value and tangent alone."""
+    if len(points) == 2:
+        return BSpline(points[0] + np.arange(4.0)[:, None] / 3.0 * (points[1] - points[0]), np.repeat(u, 4))
+    steps = u[1:] - u[:-1]
+    spans = steps / 3.0
+    spans[0], spans[-1] = steps[0] / 2.0, steps[-1] / 2.0
+    n, d = points.shape
+    poles, knots = np.empty((3 * n - 2, d)), np.empty(3 * n + 2)
+    poles[0], poles[-1] = points[0], points[-1]
+    for rows, first, second in _derivative_blocks(points, steps, trust):
+        start, stop = max(rows.start, 1), min(rows.stop, n - 1)
+        inner = slice(start - rows.start, stop - rows.start)
+        around = spans[start - 1 : stop - 1], spans[start:stop]
+        triples = point_triples(points[start:stop].T, first[:, inner], second[:, inner], *around)
+        poles[3 * start - 1 : 3 * stop - 1] = triples
+        if rows.start == 0:
+            poles[1] = points[0] + spans[0] / 3.0 * first[:, 0]
+        if rows.stop == n:
+            poles[-2] = points[-1] - spans[-1] / 3.0 * first[:, -1]
+    knots[:4], knots[-4:] = u[0], u[-1]
+    inner_knots = knots[4:-4]  # the middle of the first interval; point, third, two thirds, ...; the last middle
+    inner_knots[0], inner_knots[-1] = u[0] + spans[0], u[-2] + spans[-1]
+    inner_knots[1::3] = u[1:-1]
+    np.add(u[1:-2], spans[1:-1], out=inner_knots[2:-1:3])
+    np.subtract(u[2:-1], spans[1:-1], out=inner_knots[3:-1:3])
+    return BSpline(own(poles), own(knots))
+
+
+def _closed_spline(points: Array, u: Array, trust: float) -> BSpline:
+    """Three spans a data interval all the way round."""
+    n, d = points.shape
+    steps = np.diff(u)
+    spans = steps / 3.0
+    around = np.arange(-4, n + 4) % n  # points more on each side make every point an inner one
+    poles = np.empty((3 * n + 24, d))
+    before, after = spans[around - 1], spans[around]
+    for rows, first, second in _derivative_blocks(points[around], steps[around[:-1]], trust):
+        triples = point_triples(points[around[rows]].T, first, second, before[rows], after[rows])
+        poles[3 * rows.start : 3 * rows.stop] = triples
+    knots = np.append((u[:-1, None] + spans[:, None] * np.arange(3.0)).ravel(), u[-1])
+    return periodic(poles[13 : 13 + 3 * n], knots)  # from the first point's middle pole on

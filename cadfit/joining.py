@@ -1,0 +1,87 @@
+"""Splines made of parts: curves joined end to end, closed curves from one period."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline
+
+
+def join(curves: BSpline | Sequence[BSpline], tolerance: float = 1e-9) -> BSpline:
+    """Return curves that follow each other end to end as one B-spline, with a triple knot at each joint.
+
+    The parameters run on from the first curve's. An end may miss the next start by `tolerance` times the size of
+    the largest curve; the later curve's pole is kept. `split` at the joints gives the curves back.
+
+    Raises ValueError for no curves, different dimensions, and naming the joint that is open and by how much.
+
+    >>> line = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> join([line, line.transformed([[2.0]], 3.0)])
+    BSpline(7 poles in 1D, 2 spans, u in [0.0, 2.0])
+    """
+    curves = [curves] if isinstance(curves, BSpline) else list(curves)
+    if not curves:
+        raise ValueError("at least one curve is needed")
+    if len(curves) == 1:
+        return curves[0]
+    dimensions = [curve.poles.shape[1] for curve in curves]
+    if len(set(dimensions)) > 1:
+        raise ValueError(f"the curves have different dimensions: {dimensions}")
+    size = max(curve.size for curve in curves)
+    end = curves[0].domain[0]
+    knots, poles = [np.full(4, end)], []
+    for k, curve in enumerate(curves):
+        if k:
+            gap = float(np.linalg.norm(curve.poles[0] - curves[k - 1].poles[-1]))
+            if gap > tolerance * size:
+                raise ValueError(f"curve {k} starts {gap:.6g} away from the end of curve {k - 1}")
+        shifted = curve.knots - curve.domain[0] + end
+        end = shifted[-1]
+        knots.append(shifted[4:-1])
+        poles.append(curve.poles[:-1])
+    return BSpline(np.concatenate([*poles, curves[-1].poles[-1:]]), np.append(np.concatenate(knots), end))
+
+
+def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
+    """Return the closed C2 spline of periodic control points, clamped at the period's ends.
+
+    `poles` (n, d): control point j is the polar value at knots j - 1, j, j + 1 of the period, so on uniform knots it
+    pulls at knots[j]; `knots` (n + 1,), rising strictly, from the period's start to its end. n is 3 or more. The
+    shape is not changed by the clamping (knot insertion); the last pole is the first, to the last bit.
+
+    >>> square = periodic([[0, 0], [6, 0], [6, 6], [0, 6]], [0, 1, 2, 3, 4])
+    >>> square(0.0), square.closed
+    (array([1., 1.]), True)
+    """
+    poles, knots = np.asarray(poles, dtype=np.float64), np.asarray(knots, dtype=np.float64)
+    n = len(poles)
+    if n < 3 or knots.shape != (n + 1,) or np.any(np.diff(knots) <= 0):
+        raise ValueError(f"{n} periodic poles (3 or more) need {n + 1} knots that rise")
+    period = knots[-1] - knots[0]
+    steps = np.arange(-2, n + 3)
+    t = knots[steps % n] + period * (steps // n)  # t[j + 2] is knot j
+    start = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6])
+    end = _polar(poles[np.array([-1, 0, 1, 2]) % n], t[:6] + period)
+    a, b = knots[0], knots[-1]
+    head = [start(a, a, a), start(a, a, t[3]), start(a, t[3], t[4])]
+    tail = [end(t[n], t[n + 1], b), end(t[n + 1], b, b), head[0]]
+    clamped = np.concatenate([head, poles[2 : n - 1], tail]) if n > 3 else np.array(head + tail)
+    return BSpline(clamped, np.concatenate([[a] * 3, knots, [b] * 3]))
+
+
+def _polar(four: Array, t: Array) -> Callable[[float, float, float], Array]:
+    """Return the polar form of the span between t[2] and t[3], given its four poles and six knots."""
+
+    def value(*x: float) -> Array:
+        level = four
+        for r in range(3):
+            low, high = t[r:3], t[3 : 6 - r]
+            ratio = ((x[r] - low) / (high - low))[:, None]
+            level = level[:-1] + ratio * np.diff(level, axis=0)
+        return np.asarray(level[0])
+
+    return value
