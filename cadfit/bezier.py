@@ -92,15 +92,15 @@ def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
     """Return the arc length (m,) of each piece.
 
     The estimated error of the sum is at most `accuracy` times the sum: each piece is integrated whole and as two
-    halves (Gauss-Legendre, 12 nodes), halved again where the two differ, and the finer value kept between the length
-    of the chord and that of the control polygon, which bound it.
+    halves (Gauss-Legendre, 12 nodes), and halved again where the two differ or where the piece may stand still or turn
+    back (a leg of its control polygon against its chord), which a rule's nodes can miss; but for pieces whose chord and
+    control polygon, which bound the length, settle it. The finer value is kept, between these bounds.
 
     >>> lengths(np.array([[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]]))
     array([3.])
     """
     total = np.zeros(len(pieces))
-    legs = np.linalg.norm(np.diff(pieces, axis=1), axis=2).sum(axis=1)
-    share = legs.sum() / max(len(pieces), 1)
+    share = np.linalg.norm(np.diff(pieces, axis=1), axis=2).sum() / max(len(pieces), 1)
     for start in range(0, len(pieces), _CHUNK):
         active = pieces[start : start + _CHUNK]
         owner = np.arange(start, start + len(active))
@@ -108,9 +108,13 @@ def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
         for _ in range(60):
             left, right = split(active)
             halves = np.stack([_quadrature(left), _quadrature(right)])
-            polygon = np.linalg.norm(np.diff(active, axis=1), axis=2).sum(axis=1)
-            chord = np.linalg.norm(active[:, 3] - active[:, 0], axis=1)
-            done = np.abs(halves.sum(axis=0) - whole) <= 0.5 * accuracy * np.maximum(polygon, share)
+            legs, along = np.diff(active, axis=1), active[:, 3] - active[:, 0]
+            polygon = np.linalg.norm(legs, axis=2).sum(axis=1)
+            chord = np.linalg.norm(along, axis=1)
+            forward = np.all(np.einsum("mld,md->ml", legs, along) >= 0.0, axis=1)
+            allowed = 0.5 * accuracy * np.maximum(polygon, share)
+            done = np.abs(halves.sum(axis=0) - whole) <= allowed
+            done &= forward | (polygon - chord <= allowed)
             np.add.at(total, owner[done], np.clip(halves.sum(axis=0), chord, polygon)[done])
             if done.all():
                 break
