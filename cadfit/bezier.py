@@ -161,8 +161,8 @@ def _nearest_chunk(pieces: Array, flat: Array, points: Array) -> tuple[Ints, Arr
     to_ends = np.linalg.norm(points[:, None] - ends, axis=2)
     upper = to_ends.min(axis=1)
     lower = distance_to_segment(points[:, None], pieces[:, 0], pieces[:, 3]) - flat
-    query, owner = np.nonzero(lower <= upper[:, None])
-    gap = 1e-12 * (1e-300 + np.abs(ends).max() + np.abs(points).max())
+    gap = 1e-12 * (1e-300 + np.abs(ends).max() + np.abs(points).max())  # rounding must not drop the nearest itself
+    query, owner = np.nonzero(lower <= upper[:, None] + gap)
     part, t0, width = pieces[owner], np.zeros(len(owner)), 1.0
     for halving in range(40):
         if halving >= 10 and len(owner) > 64 * len(points):
@@ -175,7 +175,7 @@ def _nearest_chunk(pieces: Array, flat: Array, points: Array) -> tuple[Ints, Arr
         t0 = np.concatenate([t0, t0 + width])
         query, owner = np.tile(query, 2), np.tile(owner, 2)
         lower = distance_to_segment(points[query], part[:, 0], part[:, 3]) - flatness(part)
-        keep = lower <= upper[query]
+        keep = lower <= upper[query] + gap
         part, t0, query, owner = part[keep], t0[keep], query[keep], owner[keep]
         if np.all(upper[query] - lower[keep] <= gap):
             break

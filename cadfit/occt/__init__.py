@@ -1,0 +1,37 @@
+"""Curves to the CAD kernel and back: edges, wires, STEP and BREP files.
+
+The kernel is OpenCASCADE through OCP (7.8 to 8), which comes with the host the user has: `cadfit[build123d]` or
+`cadfit[cadquery]`. Importing this module without it is an ImportError that names the two.
+
+Example::
+
+    edge = to_edge(spline)
+    write_step("part.step", [edge, other_spline], unit="mm")
+    splines = [from_edge(edge) for edge in edges(read_step("part.step"))]
+"""
+
+try:
+    import OCP  # noqa: F401
+except ImportError as error:
+    raise ImportError(
+        "cadfit.occt needs the CAD kernel OCP, which comes with a host: "
+        "pip install 'cadfit[build123d]' or 'cadfit[cadquery]' (one of the two)"
+    ) from error
+
+from cadfit.occt.exchange import UNITS, read_brep, read_step, write_brep, write_step
+from cadfit.occt.kernel import CONFUSION, KernelError
+from cadfit.occt.shapes import edges, from_edge, to_edge, to_wire
+
+__all__ = [
+    "CONFUSION",
+    "UNITS",
+    "KernelError",
+    "edges",
+    "from_edge",
+    "read_brep",
+    "read_step",
+    "to_edge",
+    "to_wire",
+    "write_brep",
+    "write_step",
+]

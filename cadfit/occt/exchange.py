@@ -1,0 +1,148 @@
+"""STEP and BREP files."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeAlias
+
+from OCP.BRep import BRep_Builder
+from OCP.BRepTools import BRepTools
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Interface import Interface_Static
+from OCP.Message import Message
+from OCP.STEPControl import (
+    STEPControl_Controller,
+    STEPControl_Reader,
+    STEPControl_StepModelType,
+    STEPControl_Writer,
+)
+from OCP.StepData import StepData_StepWriter
+from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
+
+from cadfit.bspline import BSpline
+from cadfit.occt.kernel import KernelError, building
+from cadfit.occt.shapes import to_edge
+from cadfit.replacing import replacing
+
+UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3, "km": 1e6, "inch": 25.4, "ft": 304.8}
+"""The length units of a STEP file, in millimetres."""
+
+PathLike: TypeAlias = str | os.PathLike[str]
+Writable: TypeAlias = BSpline | TopoDS_Shape | Iterable[BSpline | TopoDS_Shape]
+
+
+def write_step(path: PathLike, shapes: Writable, unit: str = "mm") -> None:
+    """Write splines (as edges) and kernel shapes to a STEP file whose unit of length is `unit`, one of `UNITS`.
+
+    The numbers are written as they are, to 17 digits: 1.0 with unit="m" is one metre to whoever reads the file, and
+    poles and knots are read back bit for bit. The file is replaced at once or, on failure, left as it was. Raises
+    ValueError for an unknown unit or no shapes, KernelError, and OSError naming the path.
+    """
+    found = _shapes(shapes)
+    with _step(f"a STEP file of {len(found)} shape(s)", unit) as millimetres:
+        writer = STEPControl_Writer()
+        model = writer.Model(True)
+        model.SetLocalLengthUnit(millimetres)
+        model.SetWriteLengthUnit(millimetres)  # the same: the numbers are not scaled
+        for shape in found:
+            status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+            if status != IFSelect_ReturnStatus.IFSelect_RetDone:
+                raise KernelError(status.name)
+        text = StepData_StepWriter(model)
+        text.FloatWriter().SetFormat("%.16E")  # the kernel's own 13 digits lose small features far from the origin
+        text.SendModel(writer.WS().Protocol())
+        stream = io.BytesIO()
+        if not text.Print(stream):
+            raise KernelError("the text could not be made")
+    with replacing(Path(path)) as beside:
+        beside.write_bytes(stream.getvalue())
+
+
+def read_step(path: PathLike, unit: str = "mm") -> tuple[TopoDS_Shape, ...]:
+    """Return the shapes of a STEP file, their numbers in `unit` whatever the file's own unit is.
+
+    One shape for each that was written (the kernel writes a loose edge in its curve's own direction); `edges` finds
+    the curves in them. Raises OSError when the file cannot be read, ValueError for an unknown unit and where the file
+    is not STEP or holds no shape.
+    """
+    content = Path(path).read_bytes()
+    with _step(f"the shapes of {path}", unit) as millimetres:
+        reader = STEPControl_Reader()
+        if reader.ReadStream(Path(path).name, io.BytesIO(content)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            raise ValueError(f"{path}: not a STEP file")
+        reader.SetSystemLengthUnit(millimetres)  # of the model just read: earlier there is none to take it
+        reader.TransferRoots()
+        found = tuple(reader.Shape(k) for k in range(1, reader.NbShapes() + 1))
+    if not found:
+        raise ValueError(f"{path}: no shape in this STEP file")
+    return found
+
+
+def write_brep(path: PathLike, shapes: Writable) -> None:
+    """Write splines (as edges) and kernel shapes to a BREP file, the kernel's own text form, as one compound.
+
+    The file knows no unit; its numbers have the kernel's 15 digits. Replaces the file and raises as `write_step`.
+    """
+    found = _shapes(shapes)
+    builder, compound, stream = BRep_Builder(), TopoDS_Compound(), io.BytesIO()
+    with building(f"a BREP file of {len(found)} shape(s)"):
+        builder.MakeCompound(compound)
+        for shape in found:
+            builder.Add(compound, shape)
+        BRepTools.Write_s(compound, stream)
+    with replacing(Path(path)) as beside:
+        beside.write_bytes(stream.getvalue())
+
+
+def read_brep(path: PathLike) -> TopoDS_Shape:
+    """Return the shape in a BREP file (a compound, where `write_brep` made it); `edges` finds its curves.
+
+    Raises OSError when the file cannot be read, ValueError when it is not a BREP file.
+    """
+    content = Path(path).read_bytes()
+    shape = TopoDS_Shape()
+    if b"CASCADE Topology V" in content:  # the kernel would print that it is missing
+        with building(f"the shape of {path}"):
+            BRepTools.Read_s(shape, io.BytesIO(content), BRep_Builder())
+    if shape.IsNull():
+        raise ValueError(f"{path}: not a BREP file")
+    return shape
+
+
+def _shapes(shapes: Writable) -> list[TopoDS_Shape]:
+    """Return one or more splines and shapes as a list of shapes."""
+    given = [shapes] if isinstance(shapes, BSpline | TopoDS_Shape) else shapes
+    found = [to_edge(shape) if isinstance(shape, BSpline) else shape for shape in given]
+    for shape in found:
+        if not isinstance(shape, TopoDS_Shape) or shape.IsNull():
+            raise ValueError(f"a BSpline or a TopoDS_Shape that is not null can be written, not {shape!r}")
+    if not found:
+        raise ValueError("there are no shapes to write")
+    return found
+
+
+@contextmanager
+def _step(what: str, unit: str) -> Iterator[float]:
+    """Name what is built, give the unit in mm, and meanwhile have the kernel write that unit and print nothing.
+
+    Unit and printers are global in the kernel; both are put back.
+    """
+    if unit not in UNITS:
+        raise ValueError(f"the unit must be one of {', '.join(UNITS)}, not {unit!r}")
+    STEPControl_Controller.Init_s()
+    messenger, before = Message.DefaultMessenger_s(), Interface_Static.CVal_s("write.step.unit")
+    printers = [*messenger.Printers()]
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    Interface_Static.SetCVal_s("write.step.unit", unit.upper())
+    try:
+        with building(what):
+            yield UNITS[unit]
+    finally:
+        Interface_Static.SetCVal_s("write.step.unit", before)
+        for printer in printers:
+            messenger.AddPrinter(printer)

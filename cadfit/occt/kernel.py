@@ -1,0 +1,43 @@
+"""The kernel itself: the differences of its versions, its failures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from OCP.TopoDS import TopoDS
+
+try:  # All that differs between the versions: OCP 8 gathers the collections, and its casts lost their suffix.
+    from OCP.collections import Array1_double as Reals
+    from OCP.collections import Array1_gp_Pnt as Points
+    from OCP.collections import Array1_int as Integers
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Shapes
+
+    as_edge = TopoDS.Edge
+except ImportError:
+    from OCP.TColgp import TColgp_Array1OfPnt as Points
+    from OCP.TColStd import TColStd_Array1OfInteger as Integers
+    from OCP.TColStd import TColStd_Array1OfReal as Reals
+    from OCP.TopTools import TopTools_IndexedMapOfShape as Shapes
+
+    as_edge = TopoDS.Edge_s
+
+__all__ = ["CONFUSION", "Integers", "KernelError", "Points", "Reals", "Shapes", "as_edge", "building"]
+
+CONFUSION = 1e-7
+"""The distance below which the kernel takes two points for one (its Precision::Confusion), in its own unit."""
+
+
+class KernelError(RuntimeError):
+    """The kernel refused or failed; the message says what was being built."""
+
+
+@contextmanager
+def building(what: str) -> Iterator[None]:
+    """Turn the kernel's exceptions, which share no base with Python's, into a KernelError that says what was built."""
+    try:
+        yield
+    except (ValueError, TypeError, OSError):
+        raise
+    except Exception as error:
+        raise KernelError(f"{what}: {error or type(error).__name__}") from error

@@ -1,0 +1,148 @@
+"""Splines as edges and wires, and edges as splines."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from itertools import pairwise, repeat
+
+import numpy as np
+from OCP.BRep import BRep_Builder
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
+from OCP.Geom import Geom_BSplineCurve
+from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Pnt
+from OCP.Precision import Precision
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Shape, TopoDS_Vertex, TopoDS_Wire
+
+from cadfit.bspline import DEGREE, BSpline
+from cadfit.occt.kernel import CONFUSION, Integers, KernelError, Points, Reals, Shapes, as_edge, building
+
+
+def to_edge(spline: BSpline) -> TopoDS_Edge:
+    """Return the edge of a spline, with its very poles, knots and multiplicities; a 2D spline lies in z = 0.
+
+    Ends no farther apart than `CONFUSION` share one vertex, so a closed curve is a closed edge. Raises ValueError for a
+    dimension other than 2 or 3, KernelError where the kernel refuses (all poles within `CONFUSION`, say).
+    """
+    return _chain([_lifted(spline)])[0]
+
+
+def to_wire(curves: Sequence[BSpline]) -> TopoDS_Wire:
+    """Return the wire of one or more splines that follow each other end to end; consecutive edges share a vertex.
+
+    The wire is closed when the last end is the first start. Raises ValueError when there is no curve or a joint is
+    open by more than `CONFUSION`, naming the joint, and as `to_edge`.
+    """
+    if not curves:
+        raise ValueError("a wire needs at least one curve")
+    curves = [_lifted(curve) for curve in curves]
+    for k, (before, after) in enumerate(pairwise(curves)):
+        if (gap := _gap(before, after)) > CONFUSION:
+            raise ValueError(f"curve {k} ends {gap:.3g} away from the start of curve {k + 1}: not one wire")
+    builder, wire = BRep_Builder(), TopoDS_Wire()
+    builder.MakeWire(wire)
+    for edge in _chain(curves):
+        builder.Add(wire, edge)
+    wire.Closed(_gap(curves[-1], curves[0]) <= CONFUSION)
+    return wire
+
+
+def from_edge(edge: TopoDS_Edge) -> BSpline:
+    """Return the 3D spline of an edge, over the edge's range, where it lies and in its direction.
+
+    Lines, Bézier curves and B-splines of degree 3 or less are taken over exactly; an edge made by `to_edge` comes
+    back bit for bit. Raises ValueError saying what the curve is where no non-rational cubic equals it (a circle, a
+    rational curve, a higher degree, no end).
+    """
+    with building("a spline of an edge"):
+        spline = _spline(BRepAdaptor_Curve(as_edge(edge)))
+    return spline.reversed() if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else spline
+
+
+def edges(shapes: TopoDS_Shape | Iterable[TopoDS_Shape]) -> list[TopoDS_Edge]:
+    """Return the edges of one or more shapes in the order they are found, each once."""
+    found = Shapes()
+    for shape in [shapes] if isinstance(shapes, TopoDS_Shape) else shapes:
+        TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, found)
+    return [as_edge(found.FindKey(k)) for k in range(1, found.Extent() + 1)]
+
+
+def _lifted(spline: BSpline) -> BSpline:
+    """Return the spline in 3D."""
+    n, d = spline.poles.shape
+    if d not in (2, 3):
+        raise ValueError(f"the kernel takes curves in 2D or 3D, not in {d}D: transform the spline first")
+    return spline if d == 3 else BSpline(np.column_stack([spline.poles, np.zeros(n)]), spline.knots)
+
+
+def _gap(before: BSpline, after: BSpline) -> float:
+    """Return how far the end of one spline is from the start of another."""
+    return float(np.linalg.norm(after.poles[0] - before.poles[-1]))
+
+
+def _curve(spline: BSpline) -> Geom_BSplineCurve:
+    """Return the kernel's curve of a spline."""
+    poles = Points(1, len(spline.poles))
+    point = gp_Pnt()  # one for all: the array copies it, and making 1e5 of them is what takes time
+    moves = map(point.SetCoord, *spline.poles.T.tolist())
+    deque(zip(moves, map(poles.SetValue, range(1, len(poles) + 1), repeat(point)), strict=False), maxlen=0)
+    distinct, often = spline.distinct_knots, spline.multiplicities
+    knots, multiplicities = Reals(1, len(distinct)), Integers(1, len(distinct))
+    deque(map(knots.SetValue, range(1, len(distinct) + 1), distinct.tolist()), maxlen=0)
+    multiplicities.Init(1)
+    for k in np.flatnonzero(often > 1).tolist():
+        multiplicities.SetValue(k + 1, int(often[k]))
+    return Geom_BSplineCurve(poles, knots, multiplicities, DEGREE)
+
+
+def _chain(curves: Sequence[BSpline]) -> list[TopoDS_Edge]:
+    """Return the edges of splines that follow each other, one vertex where they meet and at a return to the start."""
+    made = []
+    start = first = _vertex(curves[0], 0)
+    for k, curve in enumerate(curves):
+        what = f"an edge of {len(curve.poles)} poles" + f" (curve {k})" * (len(curves) > 1)
+        if curve.size <= CONFUSION:
+            raise KernelError(f"{what}: the poles all lie within {CONFUSION}, one point to the kernel")
+        if _gap(curve, curve) <= CONFUSION:
+            end = start
+        else:
+            end = first if _gap(curve, curves[0]) <= CONFUSION else _vertex(curve, -1)
+        with building(what):
+            # With its ends' parameters given, the kernel does not search for the vertices along the curve.
+            make = BRepBuilderAPI_MakeEdge(_curve(curve), start, end, *curve.domain)
+            if not make.IsDone():
+                raise KernelError(make.Error().name.removeprefix("BRepBuilderAPI_"))
+            made.append(make.Edge())
+        start = end
+    return made
+
+
+def _vertex(spline: BSpline, end: int) -> TopoDS_Vertex:
+    return BRepBuilderAPI_MakeVertex(gp_Pnt(*spline.poles[end].tolist())).Vertex()
+
+
+def _spline(edge: BRepAdaptor_Curve) -> BSpline:
+    """Return the spline of an edge's curve over the edge's range."""
+    first, last = edge.FirstParameter(), edge.LastParameter()
+    kind = edge.GetType().name.removeprefix("GeomAbs_")
+    if Precision.IsInfinite_s(first) or Precision.IsInfinite_s(last):
+        raise ValueError(f"the edge, a {kind}, has no end: a spline needs both")
+    if kind == "Line":
+        poles = np.linspace(edge.Value(first).Coord(), edge.Value(last).Coord(), DEGREE + 1)
+        return BSpline(poles, np.repeat([first, last], DEGREE + 1))
+    polynomial = kind in ("BSplineCurve", "BezierCurve") and not edge.IsRational()
+    if not polynomial or edge.Degree() > DEGREE:
+        what = f"{kind} of degree {edge.Degree()}" if polynomial else f"{kind} (not polynomial)"
+        raise ValueError(f"no non-rational cubic spline equals the edge's curve, a {what}")
+    # A copy: Segment and IncreaseDegree would change the edge's own curve.
+    curve = edge.BSpline().Copy() if kind == "BSplineCurve" else GeomConvert.CurveToBSplineCurve_s(edge.Bezier())
+    clamped = {curve.Multiplicity(1), curve.Multiplicity(curve.NbKnots())} == {curve.Degree() + 1}
+    if not clamped or (first, last) != (curve.FirstParameter(), curve.LastParameter()):
+        curve.Segment(first, last)
+    curve.IncreaseDegree(DEGREE)
+    poles = np.array([point.Coord() for point in curve.Poles()])
+    return BSpline(poles, np.repeat([*curve.Knots()], [*curve.Multiplicities()]))
