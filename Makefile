@@ -18,15 +18,15 @@ demo: $(B123D)/ready
 
 test: check $(B123D)/ready $(CQ)/ready
 	$(CORE)/bin/python -m pytest examples
-	$(B123D)/bin/python -m pytest tests cadfit examples
-	$(CQ)/bin/python -m pytest tests cadfit examples
+	$(B123D)/bin/python -m pytest -n auto tests cadfit examples
+	$(CQ)/bin/python -m pytest -n auto tests cadfit examples
 
 check: $(CORE)/ready
 	$(CORE)/bin/ruff format --check .
 	$(CORE)/bin/ruff check .
 	$(CORE)/bin/mypy
 	$(CORE)/bin/lint-imports --verbose
-	$(CORE)/bin/python -m pytest tests cadfit
+	$(CORE)/bin/python -m pytest -n auto tests cadfit
 
 format: $(CORE)/ready
 	$(CORE)/bin/ruff check --fix .

@@ -2,4 +2,4 @@
 
 from importlib.util import find_spec
 
-collect_ignore_glob = [] if find_spec("OCP") else ["cadfit/occt/*"]
+collect_ignore_glob = [] if find_spec("OCP") else ["cadfit/occt/*", "cadfit/files/kernel.py"]

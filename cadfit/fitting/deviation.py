@@ -76,7 +76,8 @@ def _started_at(spline: BSpline, point: Array) -> BSpline:
     start, distance = spline.nearest(point)
     low, high = spline.domain
     here = float(np.linalg.norm(spline.poles[0] - point))
-    if here <= float(distance) * (1.0 + 1e-9) or not low < start < high:
+    edge = 1e-12 * (high - low)  # a start nearer than this to the seam is the seam
+    if here <= float(distance) + 1e-14 * spline.size or not low + edge < start < high - edge:
         return spline
     left, right = spline.split(float(start))
     return join([right, left])

@@ -1,0 +1,142 @@
+"""Points, curves and meshes in files: one module a format, chosen by the suffix of the file's name."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline
+from cadfit.files.curves import Curves as Curves
+from cadfit.files.table import as_table
+from cadfit.replacing import replacing
+
+Kind = Literal["points", "curves", "mesh"]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One file format: the module here with its `read(path, unit)` and `write(path, result, unit)`, what it takes."""
+
+    module: str
+    takes: tuple[Kind, ...]
+    dimensions: range = range(1, 1000)
+
+
+_KERNEL = Format("kernel", ("curves",), range(2, 4))
+_MESH = Format("mesh", ("mesh",))
+
+FORMATS = {
+    ".csv": Format("text", ("points", "curves"), range(2, 9)),
+    ".txt": Format("text", ("points",), range(2, 9)),
+    ".xyz": Format("text", ("points",), range(2, 9)),
+    ".dat": Format("text", ()),  # the airfoil formats, with a name in front: read only
+    ".npy": Format("arrays", ("points",), range(2, 9)),
+    ".npz": Format("arrays", ("points",), range(2, 9)),
+    ".json": Format("jsons", ("points", "curves")),
+    **dict.fromkeys((".step", ".stp", ".brep"), _KERNEL),
+    **dict.fromkeys((".stl", ".3mf", ".ply", ".glb", ".obj"), _MESH),
+}
+
+
+def read(path: str | os.PathLike[str], unit: str = "mm") -> Any:
+    """Return what is in a file: points (n, d), n >= 1, `Curves`, or a `trimesh.Trimesh`.
+
+    Points: .csv, .txt, .xyz, .dat (comma, semicolon, tab or blanks, `cadfit.files.text`), .npy, .npz, .json. Curves:
+    .json, .step, .stp, .brep. Meshes: .stl, .3mf, .ply, .glb, .obj. A point file has 2 to 8 columns. `unit` is the
+    length unit coordinates come back in where the file states its own (STEP).
+
+    Raises ValueError naming the file, the line (counted from 1) and what was there; OSError for a file that cannot be
+    read; ImportError naming the extra that is missing.
+
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "two.csv"
+    >>> _ = path.write_text("x;y\\n1,5;2,5\\n3;4\\n")
+    >>> read(path)
+    array([[1.5, 2.5],
+           [3. , 4. ]])
+    """
+    path = Path(path)
+    if path.is_dir():  # before the suffix: a folder has none
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    form = _format(path)
+    if not path.exists():  # before a kernel or a mesh library says so in its own words
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    return import_module(f"cadfit.files.{form.module}").read(path, unit)
+
+
+def write(path: str | os.PathLike[str], result: Any, unit: str = "mm") -> None:
+    """Write points, curves or a mesh to a file; an old file stays whole until the new one is complete.
+
+    `result`: points (n, d) for .csv, .txt, .xyz, .npy, .npz and .json; a `BSpline`, several, `Curves` or anything else
+    with `curves`, `closed` and `deviation` for .step, .stp, .brep, .json and .csv (the poles, one a row, curves apart
+    by a blank line); a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb and .obj. `unit` ("mm", "m", "inch") is the unit
+    of the coordinates, for STEP. JSON, CSV and NPY read back bit for bit.
+
+    Raises ValueError for an unknown suffix or one that cannot hold the result, saying which can; OSError naming a
+    path that cannot be written; ImportError naming the extra that is missing.
+
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "line.json"
+    >>> write(path, BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]))
+    >>> read(path)
+    Curves(curves=(BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0]),), closed=False, deviation=None)
+    """
+    path = Path(path)
+    _format(path)
+    kind, result = _sorted_out(result, str(path))
+    check(path, kind, result.shape[1] if kind == "points" else result.dimension if kind == "curves" else 3)
+    module = import_module(f"cadfit.files.{FORMATS[path.suffix.lower()].module}")
+    with replacing(path) as beside:
+        try:
+            module.write(beside, result, unit)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+
+
+def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None) -> None:
+    """Raise ValueError unless the suffix of `path` can hold that kind of result, in that many coordinates.
+
+    Raises ImportError naming the extra that writing it needs, where that is missing.
+
+    >>> check("out.stl", "curves")
+    Traceback (most recent call last):
+    ValueError: out.stl: .stl does not hold curves; these do: .csv .json .step .stp .brep
+    """
+    form = _format(path)
+    suffix = Path(path).suffix.lower()
+    if kind not in form.takes:
+        others = " ".join(other for other, each in FORMATS.items() if kind in each.takes)
+        raise ValueError(f"{path}: {suffix} does not hold {kind}; these do: {others}")
+    if dimension is not None and dimension not in form.dimensions:
+        low, high = form.dimensions[0], form.dimensions[-1]
+        raise ValueError(f"{path}: {suffix} holds {kind} of {low} to {high} coordinates, not {dimension}; .json does")
+    import_module(f"cadfit.files.{form.module}")
+
+
+def _format(path: str | os.PathLike[str]) -> Format:
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise ValueError(f"{path}: unknown suffix {suffix!r}; known are {' '.join(FORMATS)}")
+    return FORMATS[suffix]
+
+
+def _sorted_out(result: Any, where: str) -> tuple[Kind, Array | Curves | Any]:
+    """Say what a result is, and give it in the one form the formats write."""
+    if isinstance(result, BSpline):
+        return "curves", Curves((result,), result.closed)
+    if hasattr(result, "curves"):
+        return "curves", Curves(tuple(result.curves), result.closed, result.deviation)
+    if hasattr(result, "vertices") and hasattr(result, "faces"):
+        return "mesh", result
+    if isinstance(result, Sequence) and result and all(isinstance(each, BSpline) for each in result):
+        joined = np.array_equal(result[0].poles[0], result[-1].poles[-1])
+        return "curves", Curves(tuple(result), joined)
+    return "points", as_table(result, where)

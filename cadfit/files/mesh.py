@@ -1,0 +1,52 @@
+"""Meshes through trimesh: .stl, .3mf, .ply, .glb, .obj."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+_SINGLE = (".stl", ".ply", ".glb")  # these hold 32-bit numbers
+
+
+def read(path: Path, unit: str) -> Any:
+    """Return the `trimesh.Trimesh` of a mesh file, the parts of a scene in one.
+
+    Raises ValueError when the file is not what its suffix says or has no faces.
+    """
+    import trimesh
+
+    try:
+        mesh = trimesh.load_mesh(path)
+    except Exception as error:  # each of trimesh's readers has its own ways to fail on a broken file
+        raise ValueError(
+            f"{path}: not a readable {path.suffix.lower()} file: {error or type(error).__name__}"
+        ) from error
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise ValueError(f"{path}: no faces in it")
+    return mesh
+
+
+def write(path: Path, mesh: Any, unit: str) -> None:
+    """Write a `trimesh.Trimesh`.
+
+    Raises ValueError when different vertices would become one in the 32-bit numbers of STL, PLY and GLB, as they do
+    far from the origin.
+    """
+    suffix = path.suffix.lower()
+    vertices = np.asarray(mesh.vertices)
+    if suffix in _SINGLE and (lost := _distinct(vertices) - _distinct(vertices.astype(np.float32))):
+        raise ValueError(
+            f"{suffix} holds 32-bit numbers, in which {lost} of {len(vertices)} vertices would fall on others: "
+            "move the mesh to the origin, or write .3mf or .obj"
+        )
+    options = {}
+    if suffix == ".obj":  # trimesh writes 8 decimals, whatever the size
+        size = float(np.abs(vertices).max(initial=1e-300))
+        options["digits"] = int(np.clip(16 - np.floor(np.log10(size)), 0, 300))
+    mesh.export(path, file_type=suffix[1:], **options)
+
+
+def _distinct(vertices: Any) -> int:
+    return len(np.unique(np.ascontiguousarray(vertices), axis=0))

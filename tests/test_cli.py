@@ -1,0 +1,257 @@
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+import cadfit
+from cadfit.cli import main
+from cadfit.files import read, write
+
+HELIX = np.stack([10 * np.cos(t := np.linspace(0, 6, 40)), 10 * np.sin(t), 2 * t], axis=1)
+HEAVY = ["OCP", "trimesh", "matplotlib", "build123d", "cadquery"]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder of its own with helix.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    write("helix.csv", HELIX)
+    return tmp_path
+
+
+@pytest.fixture
+def run(here, capsys):
+    """Run the command line; return the exit status, what it printed, and what it said to stderr."""
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return (status, *capsys.readouterr())
+
+    return run
+
+
+def said(out):
+    return {line[:21].strip(): line[21:].strip() for line in out.splitlines()}
+
+
+def python(*arguments, **options):
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=60, **options)
+
+
+@pytest.mark.parametrize(
+    "code", ["import cadfit; dir(cadfit)", "from cadfit.cli import main; assert main(['--help']) == 0"]
+)
+def test_starting_imports_nothing_heavy(code):
+    names = HEAVY + (["numpy", "scipy", "rich"] if "main" in code else [])
+    done = python("-c", f"{code}\nimport sys; print([name for name in {names} if name in sys.modules])")
+    assert (done.stdout.splitlines()[-1], done.stderr) == ("[]", "")
+
+
+def test_the_command_is_installed_and_says_its_version():
+    done = python("-m", "cadfit.cli", "--version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{cadfit.__version__}\n", "")
+
+
+def test_help_names_the_commands(run):
+    for arguments in ([], ["--help"]):
+        status, out, err = run(*arguments)
+        assert status == 0
+        assert all(f"\n  {name}" in out for name in ("fit", "tube", "info"))
+        assert err == ""
+
+
+@pytest.mark.parametrize(
+    ("options", "curve"),
+    [
+        ([], cadfit.local_spline(HELIX)),
+        (["--method", "local"], cadfit.local_spline(HELIX)),
+        (["--method", "cardinal"], cadfit.cardinal_spline(HELIX)),
+        (["--tension", "0.4"], cadfit.cardinal_spline(HELIX, 0.4)),
+        (["--curvature", "1"], cadfit.cardinal_spline(HELIX, 0.5, 1.0)),
+        (["--method", "cardinal", "--tension", "0"], cadfit.cardinal_spline(HELIX, 0.0)),
+        (["--method", "interpolate"], cadfit.interpolate(HELIX)),
+        (["--closed"], cadfit.local_spline(HELIX, closed=True)),
+    ],
+)
+def test_fit_writes_the_curve_of_the_method(run, options, curve):
+    status, out, err = run("fit", "helix.csv", "-o", "out.json", "--output", "poles.csv", *options)
+    assert (status, err) == (0, "")
+    found = read("out.json")
+    assert found.closed == ("--closed" in options)
+    assert found.curves[0].isclose(curve, 0.0)
+    assert found.deviation.points < 1e-9
+    assert np.array_equal(read("poles.csv"), curve.poles)
+    assert out.splitlines()[0] == "helix.csv"
+    assert out.splitlines()[-2:] == ["wrote out.json", "wrote poles.csv"]
+    assert said(out)["points read"] == "40"
+    assert said(out)["poles"] == str(len(curve.poles))
+    assert float(said(out)["deviation between"]) == pytest.approx(found.deviation.between, rel=1e-2)
+
+
+def test_fit_sees_closed_contours_and_counts_repeats(run):
+    square = [[0, 0], [1, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
+    write("square.txt", square)
+    _, out, _ = run("fit", "square.txt", "-o", "out.json")
+    assert (said(out)["repeats dropped"], said(out)["closed"]) == ("1", "yes")
+    assert read("out.json").curves[0].closed
+    run("fit", "square.txt", "-o", "out.json", "--open")
+    assert not read("out.json").closed
+
+
+def test_fit_in_many_dimensions(run):
+    write("five.csv", np.random.default_rng(0).normal(size=(10, 5)))
+    assert run("fit", "five.csv", "-o", "five.json", "-q") == (0, "", "")
+    assert read("five.json").dimension == 5
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".3mf", ".ply", ".glb", ".obj"])
+def test_tube_of_points(run, suffix):
+    status, out, err = run("tube", "helix.csv", "--radius", "0.5", "-o", f"tube{suffix}")
+    assert (status, err) == (0, "")
+    mesh = trimesh.load_mesh(f"tube{suffix}")
+    assert mesh.is_watertight
+    length = cadfit.local_spline(HELIX).length()
+    assert mesh.volume == pytest.approx(np.pi * 0.25 * length, rel=0.01)
+    assert said(out)["watertight"] == "yes"
+    assert out.splitlines()[-1] == f"wrote tube{suffix}"
+
+
+def test_tube_of_a_curve_and_of_the_plane(run):
+    run("fit", "helix.csv", "-o", "curve.json")
+    assert run("tube", "curve.json", "--radius", 0.5, "--tolerance", 0.1, "-o", "a.stl", "-q") == (0, "", "")
+    run("tube", "helix.csv", "--radius", 0.5, "--tolerance", 0.1, "-o", "b.stl")
+    assert np.array_equal(read("a.stl").vertices, read("b.stl").vertices)
+    write("ring.csv", np.append(HELIX[:, :2], HELIX[:1, :2], axis=0))
+    assert run("tube", "ring.csv", "--radius", 0.5, "-o", "c.stl", "-q") == (0, "", "")
+    assert np.allclose(read("c.stl").bounds[:, 2], [-0.5, 0.5], atol=5e-3)
+
+
+def test_a_tube_that_meets_itself_is_warned_of_in_one_line(run):
+    status, _, err = run("tube", "helix.csv", "--radius", "11", "-o", "fat.stl")
+    assert status == 0
+    assert err.startswith("cadfit: warning: ")
+    assert err.count("\n") == 1
+
+
+def test_info(run):
+    for name in ("curve.json", "tube.stl"):
+        run(*(["fit", "helix.csv"] if name == "curve.json" else ["tube", "helix.csv", "--radius", 1]), "-o", name)
+    points, curve, mesh = (
+        dict(line.split(None, 1) for line in run("info", name)[1].splitlines()[1:])
+        for name in ("helix.csv", "curve.json", "tube.stl")
+    )
+    assert (points["kind"], points["points"], points["dimension"], points["closed"]) == ("points", "40", "3", "no")
+    assert points["from"] == " ".join(f"{x:.7g}" for x in HELIX.min(axis=0))
+    assert (curve["kind"], curve["poles"], curve["continuity"], curve["degree"]) == ("curve", "118", "C2", "3")
+    assert float(curve["length"]) == pytest.approx(6 * np.hypot(10, 2), rel=1e-4)
+    assert (mesh["kind"], mesh["watertight"]) == ("mesh", "yes")
+    assert float(mesh["volume"]) == pytest.approx(np.pi * float(curve["length"]), rel=0.02)
+
+
+def spoil(name, content):
+    with open(name, "wb") as file:
+        file.write(content)
+
+
+MISTAKES = {
+    "no such file": (["fit", "none.csv", "-o", "a.json"], "none.csv: No such file or directory"),
+    "a folder": (["info", "."], ".: Is a directory"),
+    "text": (["fit", "bad.csv", "-o", "a.json"], "bad.csv: line 2: 'two' is not a number in '3,two'"),
+    "empty": (["info", "empty.csv"], "empty.csv: no rows of numbers in it"),
+    "garbage": (["tube", "garbage.csv", "--radius", "1", "-o", "a.stl"], "garbage.csv: not a text file"),
+    "one point": (["fit", "one.csv", "-o", "a.json"], "one.csv: a curve needs at least 2 distinct points"),
+    "two to close": (["fit", "two.csv", "-o", "a.json", "--closed"], "two.csv: a closed curve needs at least 3"),
+    "wrong output": (["fit", "helix.csv", "-o", "a.stl"], "a.stl: .stl does not hold curves; these do: .csv"),
+    "wrong output first": (["fit", "none.csv", "-o", "a.stl"], "a.stl: .stl does not hold curves"),
+    "wrong second output": (["fit", "helix.csv", "-o", "a.json", "-o", "a.foo"], "a.foo: unknown suffix '.foo'"),
+    "no folder": (["fit", "helix.csv", "-o", "none/a.json"], "none/a.json: No such file or directory"),
+    "onto itself": (["fit", "helix.csv", "-o", "./helix.csv"], "helix.csv: the output would replace the input"),
+    "no output": (["fit", "helix.csv"], "Missing option"),
+    "no input": (["fit"], "Missing argument 'IN'"),
+    "method": (["fit", "helix.csv", "-o", "a.json", "--method", "best"], "Invalid value for '--method'"),
+    "tension of local": (
+        ["fit", "helix.csv", "-o", "a.json", "--method", "local", "--tension", "1"],
+        "helix.csv: --tension and --curvature go with --method cardinal, not local",
+    ),
+    "number": (["fit", "helix.csv", "-o", "a.json", "--tension", "x"], "Invalid value for '--tension'"),
+    "not a number": (["fit", "helix.csv", "-o", "a.json", "--tension", "nan"], "helix.csv: "),
+    "radius": (["tube", "helix.csv", "--radius", "-1", "-o", "a.stl"], "helix.csv: the radius must be"),
+    "no radius": (["tube", "helix.csv", "-o", "a.stl"], "Missing option '--radius'"),
+    "tolerance": (
+        ["tube", "helix.csv", "--radius", "1", "--tolerance", "-1", "-o", "a.stl"],
+        "helix.csv: the tolerance must be",
+    ),
+    "tube in 5D": (["tube", "five.csv", "--radius", "1", "-o", "a.stl"], "five.csv: "),
+    "fit of a curve": (["fit", "curve.json", "-o", "a.csv"], "curve.json: points are needed, and it holds curves"),
+    "fit of a mesh": (["fit", "mesh.stl", "-o", "a.csv"], "mesh.stl: points are needed, and it holds a mesh"),
+    "closed tube of a curve": (
+        ["tube", "curve.json", "--closed", "--radius", "1", "-o", "a.stl"],
+        "curve.json: holds curves: --method, --tension, --curvature and --closed are for points",
+    ),
+    "command": (["fitt"], "No such command 'fitt'"),
+}
+
+
+@pytest.mark.parametrize("case", MISTAKES)
+def test_a_mistake_is_one_line_and_status_2(run, here, case):
+    spoil("bad.csv", b"1,2\n3,two\n")
+    spoil("empty.csv", b"")
+    spoil("garbage.csv", bytes(range(256)))
+    write("one.csv", [[1, 2], [1, 2]])
+    write("two.csv", [[1, 2], [3, 4]])
+    write("five.csv", np.random.default_rng(0).normal(size=(10, 5)))
+    write("curve.json", cadfit.cardinal_spline(HELIX))
+    write("mesh.stl", trimesh.creation.box())
+    before = sorted(os.listdir())
+    arguments, expected = MISTAKES[case]
+    status, out, err = run(*arguments)
+    assert status == 2
+    assert out == ""
+    assert err.startswith(f"cadfit: {expected}")
+    assert err.count("\n") == 1
+    assert sorted(os.listdir()) == before
+
+
+@pytest.mark.skipif(importlib.util.find_spec("OCP") is not None, reason="OCP is here")
+def test_without_a_kernel_the_extra_is_named_before_anything_is_written(run):
+    status, _, err = run("fit", "helix.csv", "-o", "a.json", "-o", "a.step")
+    assert status == 2
+    assert "cadfit[build123d]" in err
+    assert err.count("\n") == 1
+    assert not os.path.exists("a.json")
+
+
+def test_a_mistake_in_a_process_of_its_own(here):
+    done = python("-m", "cadfit.cli", "fit", "none.csv", "-o", "a.json")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "cadfit: none.csv: No such file or directory\n"
+
+
+def test_names_the_terminal_has_no_letters_for(here):
+    write("höhe.csv", HELIX)
+    done = python("-m", "cadfit.cli", "info", "höhe.csv", env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0
+    assert done.stdout.startswith("h\\xf6he.csv\n")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a pipe with a name")
+def test_ctrl_c_leaves_nothing_half_written(here):
+    os.mkfifo("slow.csv")
+    write("out.json", HELIX)
+    whole = (here / "out.json").read_bytes()
+    arguments = [sys.executable, "-m", "cadfit.cli", "fit", "slow.csv", "-o", "out.json"]
+    child = subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True)
+    with open("slow.csv", "w") as pipe:  # opens once the child reads, which it does until the pipe is closed
+        pipe.write("1,2\n3,4\n")
+        pipe.flush()
+        child.send_signal(signal.SIGINT)
+    _, err = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert "Traceback" not in err
+    assert (here / "out.json").read_bytes() == whole
+    assert sorted(os.listdir()) == ["helix.csv", "out.json", "slow.csv"]
