@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from statistics import median
-from time import perf_counter
-
 import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.Geom import Geom_BSplineCurve
@@ -13,6 +10,8 @@ from OCP.gp import gp_Pnt
 from cadfit import BSpline
 from cadfit.occt import to_edge
 from cadfit.occt.kernel import Integers, Points, Reals
+
+from timing import interleaved
 
 SIZES = (1_000, 10_000, 100_000)
 REPEATS = 9
@@ -37,22 +36,13 @@ def walk(n: int) -> BSpline:
     return BSpline(poles, np.concatenate([[0.0] * 3, np.arange(n - 2), [n - 3.0] * 3]))
 
 
-def times(spline: BSpline) -> tuple[float, float]:
-    """Return the median seconds of both ways, run in turn so that a busy moment hits both."""
-    ours, plain = [], []
-    for _ in range(REPEATS):
-        for function, seconds in ((to_edge, ours), (plain_edge, plain)):
-            start = perf_counter()
-            function(spline)
-            seconds.append(perf_counter() - start)
-    return median(ours), median(plain)
-
-
 def table() -> str:
     """Return the comparison as a Markdown table."""
     lines = ["| poles | `to_edge` | plain `SetValue` loop | ratio |", "| ---: | ---: | ---: | ---: |"]
     for n in SIZES:
-        ours, plain = times(walk(n))
+        spline = walk(n)
+        calls = [lambda spline=spline: to_edge(spline), lambda spline=spline: plain_edge(spline)]
+        ours, plain = interleaved(calls, REPEATS)
         lines.append(f"| {n:,} | {ours * 1e3:.2f} ms | {plain * 1e3:.2f} ms | {ours / plain:.2f} |")
     return "\n".join(lines)
 

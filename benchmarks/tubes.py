@@ -5,10 +5,6 @@ cadfit, which moreover carries frames to sixth order and balances the volume. tr
 its polygon, for which it would need one more package. `tube` is the whole call, choosing its own stations.
 """
 
-import gc
-from collections.abc import Callable
-from statistics import median
-from time import perf_counter
 from unittest.mock import patch
 
 import numpy as np
@@ -17,6 +13,8 @@ import trimesh
 import cadfit
 from cadfit.sweeping.mesh import around, disc
 from cadfit.sweeping.stations import Chain, chain, stationed
+
+from timing import interleaved
 
 SIDES = 16
 RADIUS = 1.0
@@ -44,19 +42,6 @@ def tolerance_for(path: cadfit.BSpline, stations: int) -> float:
         middle = np.sqrt(low * high)
         low, high = (middle, high) if len(stationed(chain(path), RADIUS, 0.5 * middle)) >= stations else (low, middle)
     return high
-
-
-def interleaved(calls: list[Callable[[], object]], repeats: int, number: int) -> list[float]:
-    """Return each call's time: the median over the repeats of the mean of `number` calls in a row."""
-    times: list[list[float]] = [[] for _ in calls]
-    for _ in range(repeats + 1):
-        for call, taken in zip(calls, times, strict=True):
-            gc.collect()  # a Trimesh refers to itself: without this each call pays for pages the last ones still hold
-            start = perf_counter()
-            for _ in range(number):
-                call()
-            taken.append((perf_counter() - start) / number)
-    return [median(taken[1:]) for taken in times]
 
 
 def table() -> str:

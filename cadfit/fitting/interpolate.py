@@ -42,15 +42,15 @@ def interpolate(
         if end_tangents is not None:
             raise ValueError("a closed curve has no ends: leave end_tangents out")
         return _periodic_interpolant(points, u)
-    if end_tangents is None:
-        if len(points) == 2:  # scipy needs three rows for its natural ends; the natural spline of two is the segment
-            return BSpline(points[0] + np.linspace(0, 1, 4)[:, None] * (points[1] - points[0]), np.repeat(u, 4))
-        found = make_interp_spline(u, points, k=3, bc_type="natural")
-    else:
-        velocities = _end_velocities(points, u, end_tangents)
-        ends: Any = ([(1, velocities[0])], [(1, velocities[1])])  # scipy's stubs know numbers only
-        found = make_interp_spline(u, points, k=3, bc_type=ends)
-    return BSpline(found.c, found.t)
+    if end_tangents is None and len(points) == 2:  # scipy needs three rows for natural ends; of two it is the segment
+        return BSpline(points[0] + np.linspace(0, 1, 4)[:, None] * (points[1] - points[0]), np.repeat(u, 4))
+    ends: Any = "natural"  # scipy's stubs know numbers only
+    step = u[-1] / (len(u) - 1)  # steps near 1: the system has rows of derivatives beside rows of values
+    if end_tangents is not None:
+        velocities = step * _end_velocities(points, u, end_tangents)
+        ends = ([(1, velocities[0])], [(1, velocities[1])])
+    found = make_interp_spline(u / step, points, k=3, bc_type=ends)
+    return BSpline(found.c, np.concatenate([u[[0, 0, 0]], u, u[[-1, -1, -1]]]))
 
 
 def _periodic_interpolant(points: Array, u: Array) -> BSpline:

@@ -18,7 +18,7 @@ from cadfit.points.parametrize import Parametrization, parametrize
 # one. On evenly sampled curves the two differ by less (4 % at 12 points a turn), so nothing is lost there; on rough
 # points 0.1 keeps the bulge over any chord below a quarter of its length (five points alone: up to 4 times its length).
 _TRUST = 0.1
-_BLOCK = 1 << 13
+_BLOCK = 1 << 12  # points: small enough for the cache, and for memory that is handed back and reused
 
 
 def local_spline(points: ArrayLike, closed: bool = False, parametrization: Parametrization = "centripetal") -> BSpline:

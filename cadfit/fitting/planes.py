@@ -47,6 +47,8 @@ def fit_planes(
         raise ValueError(f"{d - 1} planes need one finite tension, or {d - 1}, not {tensions!r}")
     if taus.mean() != 0 and np.any(taus == 0):
         raise ValueError(f"a plane of tension 0 has no direction to keep beside others: tensions {taus.tolist()}")
+    if closed:  # repeated, so that a plane in which the last point meets the first is not taken to repeat it
+        points = np.concatenate([points, points[:1]])
     planes = [
         cardinal_pieces(points[:, [common_axis, axis]], tau, closed) for axis, tau in zip(others, taus, strict=True)
     ]

@@ -27,7 +27,7 @@ class CleanPoints:
 
 
 def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> Array:
-    """Return the points as a new float64 array (n, d), checked.
+    """Return the points as a float64 array (n, d), checked; the caller's own where it is one already.
 
     Raises ValueError naming the row and what was there: rows of different lengths, text, NaN or infinity, no rows of
     numbers at all, or fewer than `least` rows.
@@ -40,7 +40,7 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
     ValueError: row 1 of the points is not finite: [1.0, nan]
     """
     try:
-        array = np.array(points, dtype=np.float64)
+        array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError(_why_not_numbers(points)) from None
     if array.ndim != 2 or array.shape[1] == 0:

@@ -1,0 +1,159 @@
+"""Each example is run, and what it found and wrote is held to what it is there to show."""
+
+import runpy
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+import trimesh
+
+import cadfit
+
+matplotlib.use("agg")
+HERE = Path(__file__).parent
+BLUE, VERMILION = (0, 114, 178), (213, 94, 0)
+
+
+def example(name):
+    return runpy.run_path(str(HERE / f"{name}.py"))["main"]
+
+
+def shows(path, colour, least):
+    """Whether that many pixels of a picture, as wide as a page, have the very colour."""
+    pixels = np.round(255.0 * matplotlib.image.imread(path)[:, :, :3]).astype(int)
+    assert pixels.shape[1] >= 1000, pixels.shape
+    return np.count_nonzero((pixels == colour).all(axis=2)) >= least
+
+
+def test_data_are_as_published():
+    contour = cadfit.read(HERE / "data" / "rae2822.dat")
+    assert contour.shape == (129, 2)
+    assert contour[0].tolist() == contour[-1].tolist() == [1.0, 0.0]
+    assert contour[64].tolist() == [0.0, 0.0]
+    trace = cadfit.read(HERE / "data" / "1a8o_ca.csv")
+    assert trace.shape == (70, 3)
+    assert trace[0].tolist() == [20.255, 33.101, 26.891]
+    # Neighbouring alpha carbons are 3.8 ångström apart, in every protein.
+    assert np.linalg.norm(np.diff(trace, axis=0), axis=1) == pytest.approx(3.8, abs=0.07)
+    sources = (HERE / "data" / "SOURCES.md").read_text(encoding="utf-8")
+    assert all(f"`{path.name}`" in sources for path in (HERE / "data").iterdir() if path.suffix != ".md")
+
+
+def test_demo(tmp_path, capsys):
+    pytest.importorskip("OCP")
+    found = example("demo")(tmp_path)
+    assert found["right"]
+    counts = {name: (found[name]["points"], found[name]["poles"]) for name in ("airfoil", "protein")}
+    assert counts == {"airfoil": (129, 385), "protein": (70, 208)}
+    assert max(found[name]["at points"] for name in counts) < 1e-11
+    assert found["airfoil"]["between"] == pytest.approx(0.0287, rel=0.02)
+    assert found["protein"]["between"] == pytest.approx(0.567, rel=0.02)
+    printed = capsys.readouterr().out
+    assert printed.count("ok    ") == 4
+    written = ["airfoil.png", "airfoil.step", "protein.3mf", "protein.png", "protein.step", "protein.stl"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == written
+    assert all(name in printed for name in written)
+
+    contour = 200.0 * cadfit.read(HERE / "data" / "rae2822.dat")
+    curves = cadfit.read(tmp_path / "airfoil.step")
+    assert curves.closed
+    (around,) = curves.curves
+    assert around.multiplicities.tolist() == [4, *[1] * 381, 4]  # C2 everywhere but at the trailing edge
+    assert np.abs(around(cadfit.parametrize(contour, "chord"))[:, :2] - contour).max() < 1e-10
+    assert _bends(around) == [1, -1], "the lower side turns hollow once, and nothing wiggles"
+
+    (along,) = cadfit.read(tmp_path / "protein.step").curves
+    for name in ("protein.stl", "protein.3mf"):
+        mesh = trimesh.load_mesh(tmp_path / name)
+        assert mesh.is_watertight
+        assert mesh.euler_number == 2
+        assert mesh.volume == pytest.approx(np.pi * 0.75**2 * along.length(), rel=1e-4)
+        _, distance = along.nearest(mesh.vertices[::97])
+        assert np.abs(distance[distance > 0.5] - 0.75).max() <= 0.03
+    for name in ("airfoil.png", "protein.png"):
+        assert shows(tmp_path / name, VERMILION, 500)
+
+
+def _bends(spline):
+    """Return the signs of the curvature in turn, as far as it is not small, up to 5 % of the chord from the end."""
+    u = np.linspace(*spline.domain, 20_001)
+    x, velocity, bend = spline(u)[:, 0], spline.derivative(u), spline.curvature(u)
+    side = velocity[:, 0] * bend[:, 1] - velocity[:, 1] * bend[:, 0]
+    signs = np.sign(side)[(x < 190.0) & (np.linalg.norm(bend, axis=1) > 1e-4)]
+    return signs[np.concatenate([[True], np.diff(signs) != 0])].astype(int).tolist()
+
+
+def test_demo_tells_by_its_exit_status(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("OCP")
+    monkeypatch.setattr(sys, "argv", ["demo.py", str(tmp_path)])
+    assert _exit_status("demo") == 0
+    whole = cadfit.write
+
+    def broken(path, result, **options):
+        result = result.reversed() if isinstance(result, cadfit.BSpline) else result
+        if hasattr(result, "faces"):
+            result = trimesh.Trimesh(result.vertices, result.faces[:-1], process=False)
+        whole(path, result, **options)
+
+    monkeypatch.setattr(cadfit, "write", broken)
+    capsys.readouterr()
+    assert _exit_status("demo") == 1
+    assert capsys.readouterr().out.count("WRONG") == 4
+
+
+def _exit_status(name):
+    with pytest.raises(SystemExit) as left:
+        runpy.run_path(str(HERE / f"{name}.py"), run_name="__main__")
+    return int(left.value.code)
+
+
+def test_circle_curvature(tmp_path):
+    found = example("circle_curvature")(tmp_path)
+    flat, restored, local, solved = ((round(low, 2), round(high, 2)) for low, high, _ in found.values())
+    assert flat == (0.00, 1.46)
+    assert restored == (0.85, 1.10)
+    assert local == (0.99, 1.00)
+    assert solved == (0.99, 1.02)
+    errors = [error for _, _, error in found.values()]
+    assert errors == [pytest.approx(each, rel=0.02) for each in (7.3e-3, 1.7e-3, 7.63e-5, 2.1e-4)]
+    assert shows(tmp_path / "circle_curvature.png", BLUE, 1000)
+
+
+def test_uneven_spacing(tmp_path):
+    found = example("uneven_spacing")(tmp_path)
+    assert found["ratio"] > 1e3
+    assert found["uniform"]["backwards"] > 0.2
+    assert found["uniform"]["longer"] > 0.2
+    assert found["centripetal"]["backwards"] < 0.005
+    assert found["centripetal"]["between"] < 0.01
+    assert found["chord"]["backwards"] == 0.0
+    assert found["chord"]["longer"] < 0.03
+    assert shows(tmp_path / "uneven_spacing.png", BLUE, 1000)
+
+
+def test_planes(tmp_path):
+    found = example("planes")(tmp_path)
+    assert max(found.values()) < 1e-13
+    assert shows(tmp_path / "planes.png", VERMILION, 500)
+
+
+def test_tube(tmp_path):
+    ours, theirs = example("tube")(tmp_path).values()
+    assert ours["turn"] < 0.01
+    assert theirs["turn"] > 179.0
+    assert ours["watertight"]
+    assert ours["volume"] == pytest.approx(1.0, abs=1e-3)
+    assert theirs["volume"] < 0.95
+    mesh = trimesh.load_mesh(tmp_path / "tube.stl")
+    assert mesh.is_watertight
+    assert mesh.bounds[1] - mesh.bounds[0] == pytest.approx(
+        [2 * (1.3 + 0.35), 2 * 0.35, 2 * np.pi + 2 * 0.35 * 0.8], rel=0.03
+    )
+    assert shows(tmp_path / "tube.png", VERMILION, 2000)
+
+
+def test_every_example_is_tested():
+    tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
+    assert {path.stem for path in HERE.glob("*.py")} - {Path(__file__).stem} <= tested
