@@ -206,10 +206,26 @@ def _fitted(
     if not isinstance(found, np.ndarray):
         raise ValueError(f"points are needed, and it holds {'curves' if isinstance(found, Curves) else 'a mesh'}")
     points = clean(found, closed)
+    if closed is None and points.closed:
+        _warn_of_corner_at_seam(points.points)
     spline = _through(points.points, method, tension, curvature, points.closed)
     curves = Curves((spline,), points.closed, deviation(spline, points.points, points.closed))
     read_in = {"points read": str(len(found)), "repeats dropped": str(len(points.dropped)), "method": method.value}
     return curves, read_in | summary(curves)
+
+
+def _warn_of_corner_at_seam(points: Array) -> None:
+    """Say so where a contour taken for closed turns sharply at its seam, as an airfoil does at its trailing edge."""
+    import numpy as np
+
+    before, after = points[0] - points[-1], points[1] - points[0]
+    turn = np.degrees(np.arccos(np.clip(before @ after / np.sqrt((before @ before) * (after @ after)), -1.0, 1.0)))
+    if turn > 60.0:
+        warnings.warn(
+            f"the last row repeats the first, so the curve is closed and smooth there, though the points turn by "
+            f"{turn:.0f} degrees; --open keeps that corner sharp, --closed says it is meant",
+            stacklevel=2,
+        )
 
 
 def _through(points: Array, method: Method, tension: float | None, curvature: float | None, closed: bool) -> BSpline:

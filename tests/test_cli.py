@@ -255,3 +255,12 @@ def test_ctrl_c_leaves_nothing_half_written(here):
     assert "Traceback" not in err
     assert (here / "out.json").read_bytes() == whole
     assert sorted(os.listdir()) == ["helix.csv", "out.json", "slow.csv"]
+
+
+def test_a_corner_at_a_guessed_seam_is_pointed_out(run):
+    write("edge.csv", np.array([[1, 0], [0.5, 0.1], [0, 0], [0.5, -0.1], [1, 0.0]]))
+    status, _, err = run("fit", "edge.csv", "-o", "edge.json")
+    assert status == 0
+    assert "turn by 157 degrees; --open keeps that corner sharp" in err
+    for choice in ("--open", "--closed"):
+        assert run("fit", "edge.csv", choice, "-o", "edge.json")[2] == ""
