@@ -132,13 +132,23 @@ class BSpline:
     def pieces(self) -> Array:
         """Return the curve's Bézier pieces (spans, 4, d), one for each non-empty knot span, joined to the last bit.
 
-        Source: Piegl and Tiller, section 5.3; here in closed form from the polar values of each span.
-
         >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces()[:, :, 0]
         array([[0.  , 1.  , 1.5 , 2.25], [2.25, 3.  , 4.  , 5.  ]])
         """
-        t, poles = self.knots, self.poles
-        i = np.flatnonzero(np.diff(t) > 0)
+        out = self.pieces_of(np.flatnonzero(self.knots[1:] > self.knots[:-1]))
+        out[:-1, 3] = out[1:, 0]
+        out[0, 0], out[-1, 3] = self.poles[0], self.poles[-1]
+        return out
+
+    def pieces_of(self, spans: Ints) -> Array:
+        """Return the Bézier pieces (k, 4, d) of spans (k,), each the index of its first knot: knots[i] < knots[i + 1].
+
+        Source: Piegl and Tiller, section 5.3; here in closed form from the polar values of each span.
+
+        >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces_of(np.array([4]))[0, :, 0]
+        array([2.25, 3.  , 4.  , 5.  ])
+        """
+        t, poles, i = self.knots, self.poles, spans
         a, b = t[i], t[i + 1]
         d1, d2, d3 = poles[i - 2], poles[i - 1], poles[i]
 
@@ -152,8 +162,6 @@ class BSpline:
         out[:, 0] = between(before, out[:, 1], t[i - 1], b, a)
         after = between(d2, d3, a, t[i + 3], b)
         out[:, 3] = between(out[:, 2], after, a, t[i + 2], b)
-        out[:-1, 3] = out[1:, 0]
-        out[0, 0], out[-1, 3] = poles[0], poles[-1]
         return out
 
     def insert_knot(self, u: float, times: int = 1) -> BSpline:

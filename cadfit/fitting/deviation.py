@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cadfit.bezier import Array, Ints, split
+from cadfit.bezier import Array, Ints, restrict, split
 from cadfit.bspline import BSpline
-from cadfit.fitting.matching import match
+from cadfit.fitting.matching import blocks, distances, match
 from cadfit.joining import join
 from cadfit.points.clean import as_contour
 
@@ -85,12 +85,12 @@ def _started_at(spline: BSpline, point: Array) -> BSpline:
 
 def _bounds(spline: BSpline, points: Array, u: Array, repeated: int = 0) -> Deviation:
     """Put the deviation together; the last `repeated` points stand for the first, closing the contour."""
-    gaps = np.linalg.norm(spline(u) - points, axis=1)
+    gap = distances(spline, points, u)
     rounding = 16 * float(np.finfo(np.float64).eps) * float(max(np.abs(spline.poles).max(), np.abs(points).max()))
     between = largest_between(spline, points, u, rounding)
-    own = gaps[: len(gaps) - repeated]
+    own = gap[: len(gap) - repeated]
     return Deviation(
-        points=float(gaps.max() + rounding),
+        points=float(gap.max() + rounding),
         between=float(between + rounding),
         rms=float(np.sqrt(np.mean(own**2)) + rounding),
         worst=int(np.argmax(own)),
@@ -109,7 +109,8 @@ def largest_between(spline: BSpline, points: Array, u: Array, floor: float) -> f
     """
     u = u.copy()
     u[0], u[-1] = spline.domain
-    upper = _chord_bounds(spline, points, u)
+    knots = spline.distinct_knots
+    upper = _chord_bounds(spline, knots, points, u)
     order = np.argsort(-upper)
     occurs = bound = 0.0
     start, count = 0, 1 << 10
@@ -118,9 +119,9 @@ def largest_between(spline: BSpline, points: Array, u: Array, floor: float) -> f
         if rest <= occurs * (1.0 + _TIGHT) + floor:
             return max(bound, rest)
         chords = np.sort(order[start : start + count])
-        occurs, chords_bound = _refined(spline, points, u, chords, occurs, floor)
+        occurs, chords_bound = _refined(_pieces_over(spline, knots, points, u, chords), occurs, floor)
         bound = max(bound, chords_bound)
-        start, count = start + count, 1 << 14
+        start, count = start + count, 1 << 13  # as many as fit the cache
     return bound
 
 
@@ -130,31 +131,24 @@ def _knots_inside(knots: Array, low: Array, high: Array) -> tuple[Ints, Ints]:
     return first, np.maximum(np.searchsorted(knots, high, side="left"), first)
 
 
-def _end_bends(spline: BSpline, low: Array, high: Array) -> Array:
-    """Return the sizes (2, k) of the second derivative just after low and just before high, within one span each."""
-    after = spline.derivative(low, 2)
-    before = after + (high - low)[:, None] * spline.derivative(low, 3)
-    return np.asarray(np.sqrt([np.einsum("kd,kd->k", bend, bend) for bend in (after, before)]))
+def _chord_bounds(spline: BSpline, knots: Array, points: Array, u: Array) -> Array:
+    """Return a first upper bound (n - 1,) for each chord, infinite for those whose part of the curve has knots inside.
 
-
-def _chord_bounds(spline: BSpline, points: Array, u: Array) -> Array:
-    """Return a first upper bound (n - 1,) for each chord, from its ends and the largest second derivative."""
-    gap = np.linalg.norm(spline(u) - points, axis=1)
-    bend = _end_bends(spline, u[:-1], u[1:])
-    knots = spline.distinct_knots
-    first, stop = _knots_inside(knots, u[:-1], u[1:])
-    across = np.flatnonzero(stop > first)
-    if len(across):
-        # Linear between knots, so largest at one: the larger of both sides, the chord's own ends included.
-        after, before = _end_bends(spline, knots[:-1], knots[1:])
-        at_knots = np.concatenate([after[:1], np.maximum(before[:-1], after[1:]), before[-1:]])
-        at_knots[1:-1][spline.multiplicities[1:-1] > 2] = np.inf  # the tangent may break: no bound
-        ranges = np.stack([first[across] - 1, np.minimum(stop[across] + 1, len(knots))], axis=1)
-        last = ranges[:, 1] == len(knots)
-        ranges[last, 1] -= 1
-        largest = np.maximum.reduceat(at_knots, ranges.ravel())[::2]
-        bend[:, across] = np.where(last, np.maximum(largest, at_knots[-1]), largest)
-    return _largest_cubic(gap[:-1], gap[1:], (u[1:] - u[:-1]) ** 2 / 6.0 * bend)
+    One cubic's second derivative is linear, so what it is just after the start and its slope give it at both ends.
+    """
+    upper = np.full(len(u) - 1, np.inf)
+    for rows in blocks(len(upper)):
+        low, high = u[:-1][rows], u[1:][rows]
+        first, stop = _knots_inside(knots, low, high)
+        whole = np.flatnonzero(first == stop)
+        low, width = low[whole], (high - low)[whole]
+        after = spline.derivative(low, 2)
+        before = after + width[:, None] * spline.derivative(low, 3)
+        bend = np.sqrt([np.einsum("kd,kd->k", one, one) for one in (after, before)])
+        start = rows.start + whole
+        before_gap, after_gap = (distances(spline, points[k], u[k]) for k in (start, start + 1))
+        upper[start] = _largest_cubic(before_gap, after_gap, width**2 / 6.0 * bend)
+    return upper
 
 
 def _largest_cubic(start: Array, end: Array, bend: Array) -> Array:
@@ -164,8 +158,7 @@ def _largest_cubic(start: Array, end: Array, bend: Array) -> Array:
     cubic leaves its chord at most; with `start` and `end` the distances to a convex set at the ends, the first two
     bound the chord's. The sum is concave in t; for a plane arc over a parallel chord it is exact.
     """
-    unbounded = ~np.isfinite(bend).all(axis=0)
-    first, last = np.where(unbounded, 0.0, bend)
+    first, last = bend
     a, b = 2.0 * first + last, last - first
     rise, turn = end - start + a, 2.0 * (a - b)  # the slope is rise - turn t - 3 b t^2
     square = turn * turn + 12.0 * b * rise
@@ -173,18 +166,15 @@ def _largest_cubic(start: Array, end: Array, bend: Array) -> Array:
     t = np.divide(2.0 * rise, bottom, out=np.ones_like(rise), where=(bottom > 0) & (square >= 0))
     t = np.clip(t, 0.0, 1.0)
     largest = start + t * (end - start) + t * (1.0 - t) * (a + b * t)
-    return np.where(unbounded, np.inf, np.maximum(largest, np.maximum(start, end)))
+    return np.asarray(np.maximum(largest, np.maximum(start, end)))
 
 
-def _refined(
-    spline: BSpline, points: Array, u: Array, chords: Ints, occurs: float, floor: float
-) -> tuple[float, float]:
-    """Return the largest distance that occurs (at least `occurs`) and a bound on all of them, for some chords.
+def _refined(pieces_over_chords: tuple[Array, Array], occurs: float, floor: float) -> tuple[float, float]:
+    """Return the largest distance that occurs, at least `occurs`, and a bound on all of them over some chords.
 
-    The curve over each chord is cut at the knots, then halved wherever its bound stands out.
+    Pieces are halved where their bound stands out.
     """
-    pieces, chord = _pieces_over(spline, points, u, chords)
-    length = np.linalg.norm(points[chord + 1] - points[chord], axis=1)
+    pieces, length = pieces_over_chords
     bound = 0.0
     for _ in range(50):
         ends, upper = _segment_bounds(pieces, length)
@@ -197,31 +187,31 @@ def _refined(
     return occurs, max(bound, float(upper[keep].max(initial=0.0)))
 
 
-def _pieces_over(spline: BSpline, points: Array, u: Array, chords: Ints) -> tuple[Array, Ints]:
-    """Return the Bézier pieces of the curve over some chords, each seen from its chord, and their chords.
+def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords: Ints) -> tuple[Array, Array]:
+    """Return the Bézier pieces (k, 4, 1 + d) of the curve over some chords, seen from these, and their lengths (k,).
 
-    Seen from the chord: the first coordinate runs along it from its start, the others are what is across.
+    Seen from a chord: the first coordinate runs along it from its start, the others are what is across.
     """
-    knots = spline.distinct_knots
     first, stop = _knots_inside(knots, u[chords], u[chords + 1])
     counts = stop - first + 1
     chord = np.repeat(chords, counts)
     within = np.arange(len(chord)) - np.repeat(np.cumsum(counts) - counts, counts)
-    knot = np.repeat(first, counts) + within
+    knot = np.minimum(np.repeat(first, counts) + within, len(knots) - 1)
     low = np.where(within == 0, u[chord], knots[knot - 1])
-    high = np.where(within == np.repeat(counts, counts) - 1, u[chord + 1], knots[np.minimum(knot, len(knots) - 1)])
-    # From the Taylor polynomial just after low: at high another span may begin.
-    h = (high - low)[:, None]
-    start = spline(low) - points[chord]
-    velocity, bend, jerk = (h**k * spline.derivative(low, k) for k in (1, 2, 3))
-    second = start + velocity / 3.0
-    third = second + velocity / 3.0 + bend / 6.0
-    pieces = np.stack([start, second, third, start + velocity + bend / 2.0 + jerk / 6.0], axis=1)
+    high = np.where(within == np.repeat(counts, counts) - 1, u[chord + 1], knots[knot])
+    span = np.searchsorted(spline.knots, knots[knot], side="left") - 1
+    start, width = spline.knots[span], knots[knot] - spline.knots[span]
+    pieces = spline.pieces_of(span)
+    part = (low > start) | (high < knots[knot])
+    if part.any():
+        ends = ((side[part] - start[part]) / width[part] for side in (low, high))
+        pieces[part] = restrict(pieces[part], *ends)
+    pieces -= points[chord, None]
     direction = points[chord + 1] - points[chord]
-    size = np.linalg.norm(direction, axis=1)[:, None]
-    direction = np.divide(direction, size, out=np.zeros_like(direction), where=size > 0)
+    length = np.sqrt(np.einsum("kd,kd->k", direction, direction))
+    direction = np.divide(direction, length[:, None], out=np.zeros_like(direction), where=length[:, None] > 0)
     along = np.einsum("kpd,kd->kp", pieces, direction)[..., None]
-    return np.concatenate([along, pieces - along * direction[:, None]], axis=2), chord
+    return np.concatenate([along, pieces - along * direction[:, None]], axis=2), length
 
 
 def _segment_bounds(pieces: Array, length: Array) -> tuple[Array, Array]:

@@ -8,12 +8,15 @@ Newton's method the foot point where the order leaves room.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 
 _ROWS, _SAMPLES, _PAIRS = 1000, 8000, 4_000_000  # the most points, samples and pairs the dynamic programme takes
+_BLOCK = 1 << 13
 _ROUNDS = 5  # windows a sixth as wide each time: 1/7776 of the samples' spacing at the end
 
 
@@ -29,20 +32,29 @@ def match(spline: BSpline, points: Array) -> Array:
     array([0. , 0.5, 1. ])
     """
     u = _interpolated(spline, points)
-    if u is not None and _distances(spline, points, u).max() <= 64 * np.finfo(np.float64).eps * spline.size:
+    if u is not None and distances(spline, points, u).max() <= 64 * np.finfo(np.float64).eps * spline.size:
         return u  # the curve passes through the points: no better foot can be told from rounding
     if len(points) <= _ROWS:
         return _matched(spline, points, *spline.domain)
     if u is None or not _in_reach(spline, points, u):
         u = _spread(spline, points)
-    feet = _feet(spline, points, u)
+    feet = np.concatenate([_feet(spline, points[rows], u[rows]) for rows in blocks(len(u))])
     behind, ahead = np.maximum.accumulate(feet), np.minimum.accumulate(feet[::-1])[::-1]
     return _recheck_largest(spline, points, 0.5 * (behind + ahead))
 
 
-def _distances(spline: BSpline, points: Array, u: Array) -> Array:
-    gap = spline(u) - points
-    return np.asarray(np.sqrt(np.einsum("nd,nd->n", gap, gap)))
+def distances(spline: BSpline, points: Array, u: Array) -> Array:
+    """Return the distances (n,) of points (n, d) from the curve at the parameters u (n,)."""
+    found = np.empty(len(u))
+    for rows in blocks(len(u)):
+        gap = spline(u[rows]) - points[rows]
+        np.sqrt(np.einsum("nd,nd->n", gap, gap), out=found[rows])
+    return found
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Yield rows a block at a time: 1e6 points pass through the cache."""
+    return (slice(start, start + _BLOCK) for start in range(0, n, _BLOCK))
 
 
 def _interpolated(spline: BSpline, points: Array) -> Array | None:
@@ -63,7 +75,7 @@ def _in_reach(spline: BSpline, points: Array, u: Array) -> bool:
     """Whether points are nearer to their guessed places than to their neighbours, judged at 1,000 of them."""
     some = np.linspace(0, len(points) - 2, _ROWS).astype(np.intp)
     spacing = np.linalg.norm(points[some + 1] - points[some], axis=1)
-    return bool(np.all(_distances(spline, points[some], u[some]) <= 0.5 * spacing))
+    return bool(np.all(distances(spline, points[some], u[some]) <= 0.5 * spacing))
 
 
 def _matched(spline: BSpline, points: Array, low: float, high: float) -> Array:
@@ -81,7 +93,7 @@ def _matched(spline: BSpline, points: Array, low: float, high: float) -> Array:
         feet = _feet(spline, points[turn], u[turn])
         around = np.concatenate([[low], u, [high]])
         feet = np.clip(feet, around[:-2][turn], around[2:][turn])
-        nearer = _distances(spline, points[turn], feet) < _distances(spline, points[turn], u[turn])
+        nearer = distances(spline, points[turn], feet) < distances(spline, points[turn], u[turn])
         u[turn] = np.where(nearer, feet, u[turn])
     return u
 
@@ -215,7 +227,7 @@ def _feet(spline: BSpline, points: Array, u: Array) -> Array:
 
 def _recheck_largest(spline: BSpline, points: Array, u: Array) -> Array:
     """Match anew the stretch around the largest distance, until that does not reduce it."""
-    distance = _distances(spline, points, u)
+    distance = distances(spline, points, u)
     checked = np.zeros(len(u), dtype=bool)
     for _ in range(64):
         worst = int(np.argmax(distance))
@@ -227,7 +239,7 @@ def _recheck_largest(spline: BSpline, points: Array, u: Array) -> Array:
         checked[rows] = True
         if low < high:
             new = _matched(spline, points[rows], low, high)
-            new_distance = _distances(spline, points[rows], new)
+            new_distance = distances(spline, points[rows], new)
             if new_distance.max() < distance[rows].max():
                 u[rows], distance[rows] = new, new_distance
     return u
