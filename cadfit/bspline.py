@@ -135,7 +135,7 @@ class BSpline:
         >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces()[:, :, 0]
         array([[0.  , 1.  , 1.5 , 2.25], [2.25, 3.  , 4.  , 5.  ]])
         """
-        out = self.pieces_of(np.flatnonzero(self.knots[1:] > self.knots[:-1]))
+        out = np.ascontiguousarray(self.pieces_of(np.flatnonzero(self.knots[1:] > self.knots[:-1])))
         out[:-1, 3] = out[1:, 0]
         out[0, 0], out[-1, 3] = self.poles[0], self.poles[-1]
         return out
@@ -148,21 +148,20 @@ class BSpline:
         >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces_of(np.array([4]))[0, :, 0]
         array([2.25, 3.  , 4.  , 5.  ])
         """
-        t, poles, i = self.knots, self.poles, spans
+        t, i = self.knots, spans
         a, b = t[i], t[i + 1]
-        d1, d2, d3 = poles[i - 2], poles[i - 1], poles[i]
+        # Computed with a row for each coordinate: long rows are what numpy is quick at.
+        d0, d1, d2, d3 = (np.ascontiguousarray(self.poles[i - k].T) for k in (3, 2, 1, 0))
 
         def between(p: Array, q: Array, low: Array, high: Array, x: Array) -> Array:
-            return p + ((x - low) / (high - low))[:, None] * (q - p)
+            return p + (x - low) / (high - low) * (q - p)
 
-        out = np.empty((len(i), 4, poles.shape[1]))
-        out[:, 1] = between(d1, d2, t[i - 1], t[i + 2], a)
-        out[:, 2] = between(d1, d2, t[i - 1], t[i + 2], b)
-        before = between(poles[i - 3], d1, t[i - 2], b, a)
-        out[:, 0] = between(before, out[:, 1], t[i - 1], b, a)
-        after = between(d2, d3, a, t[i + 3], b)
-        out[:, 3] = between(out[:, 2], after, a, t[i + 2], b)
-        return out
+        out = np.empty((4, *d0.shape))
+        out[1] = between(d1, d2, t[i - 1], t[i + 2], a)
+        out[2] = between(d1, d2, t[i - 1], t[i + 2], b)
+        out[0] = between(between(d0, d1, t[i - 2], b, a), out[1], t[i - 1], b, a)
+        out[3] = between(out[2], between(d2, d3, a, t[i + 3], b), a, t[i + 2], b)
+        return out.transpose(2, 0, 1)
 
     def insert_knot(self, u: float, times: int = 1) -> BSpline:
         """Return the same curve with the knot u inserted `times` times.

@@ -119,9 +119,9 @@ def largest_between(spline: BSpline, points: Array, u: Array, floor: float) -> f
         if rest <= occurs * (1.0 + _TIGHT) + floor:
             return max(bound, rest)
         chords = np.sort(order[start : start + count])
-        occurs, chords_bound = _refined(_pieces_over(spline, knots, points, u, chords), occurs, floor)
+        occurs, chords_bound = _refined(*_pieces_over(spline, knots, points, u, chords), occurs, floor)
         bound = max(bound, chords_bound)
-        start, count = start + count, 1 << 13  # as many as fit the cache
+        start, count = start + count, 1 << 12  # as many as fit the cache
     return bound
 
 
@@ -134,20 +134,21 @@ def _knots_inside(knots: Array, low: Array, high: Array) -> tuple[Ints, Ints]:
 def _chord_bounds(spline: BSpline, knots: Array, points: Array, u: Array) -> Array:
     """Return a first upper bound (n - 1,) for each chord, infinite for those whose part of the curve has knots inside.
 
-    One cubic's second derivative is linear, so what it is just after the start and its slope give it at both ends.
+    Also infinite where it ends at a multiple knot, from which on another second derivative may hold.
     """
+    multiple = knots[:-1][spline.multiplicities[:-1] > 1][1:]
     upper = np.full(len(u) - 1, np.inf)
     for rows in blocks(len(upper)):
-        low, high = u[:-1][rows], u[1:][rows]
-        first, stop = _knots_inside(knots, low, high)
-        whole = np.flatnonzero(first == stop)
-        low, width = low[whole], (high - low)[whole]
-        after = spline.derivative(low, 2)
-        before = after + width[:, None] * spline.derivative(low, 3)
-        bend = np.sqrt([np.einsum("kd,kd->k", one, one) for one in (after, before)])
-        start = rows.start + whole
-        before_gap, after_gap = (distances(spline, points[k], u[k]) for k in (start, start + 1))
-        upper[start] = _largest_cubic(before_gap, after_gap, width**2 / 6.0 * bend)
+        ends = slice(rows.start, rows.stop + 1)
+        at = u[ends]
+        first, stop = _knots_inside(knots, at[:-1], at[1:])
+        whole = (first == stop) & ~np.isin(at[1:], multiple)
+        second = spline.derivative(at, 2)
+        bend = np.sqrt(np.einsum("kd,kd->k", second, second)) / 6.0
+        gap = distances(spline, points[ends], at)
+        square = (at[1:] - at[:-1]) ** 2
+        bound = _largest_cubic(gap[:-1], gap[1:], np.stack([square * bend[:-1], square * bend[1:]]))
+        upper[rows][whole] = bound[whole]
     return upper
 
 
@@ -169,12 +170,11 @@ def _largest_cubic(start: Array, end: Array, bend: Array) -> Array:
     return np.asarray(np.maximum(largest, np.maximum(start, end)))
 
 
-def _refined(pieces_over_chords: tuple[Array, Array], occurs: float, floor: float) -> tuple[float, float]:
+def _refined(pieces: Array, length: Array, occurs: float, floor: float) -> tuple[float, float]:
     """Return the largest distance that occurs, at least `occurs`, and a bound on all of them over some chords.
 
     Pieces are halved where their bound stands out.
     """
-    pieces, length = pieces_over_chords
     bound = 0.0
     for _ in range(50):
         ends, upper = _segment_bounds(pieces, length)
@@ -183,14 +183,15 @@ def _refined(pieces_over_chords: tuple[Array, Array], occurs: float, floor: floa
         bound = max(bound, float(upper[~keep].max(initial=0.0)))
         if not keep.any() or len(keep) > _MOST_CELLS:
             break
-        pieces, length = np.concatenate(split(pieces[keep])), np.tile(length[keep], 2)
+        pieces, length = _halves(pieces[:, :, keep]), np.tile(length[keep], 2)
     return occurs, max(bound, float(upper[keep].max(initial=0.0)))
 
 
 def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords: Ints) -> tuple[Array, Array]:
-    """Return the Bézier pieces (k, 4, 1 + d) of the curve over some chords, seen from these, and their lengths (k,).
+    """Return the Bézier pieces (4, 1 + d, k) of the curve over some chords, seen from these, and their lengths (k,).
 
-    Seen from a chord: the first coordinate runs along it from its start, the others are what is across.
+    Seen from a chord: the first coordinate runs along it from its start, the others are what is across. The pieces
+    stand in the last place: long rows are what numpy is quick at.
     """
     first, stop = _knots_inside(knots, u[chords], u[chords + 1])
     counts = stop - first + 1
@@ -206,12 +207,21 @@ def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords:
     if part.any():
         ends = ((side[part] - start[part]) / width[part] for side in (low, high))
         pieces[part] = restrict(pieces[part], *ends)
-    pieces -= points[chord, None]
-    direction = points[chord + 1] - points[chord]
-    length = np.sqrt(np.einsum("kd,kd->k", direction, direction))
-    direction = np.divide(direction, length[:, None], out=np.zeros_like(direction), where=length[:, None] > 0)
-    along = np.einsum("kpd,kd->kp", pieces, direction)[..., None]
-    return np.concatenate([along, pieces - along * direction[:, None]], axis=2), length
+    pieces = pieces.transpose(1, 2, 0)
+    here = np.ascontiguousarray(points[chord].T)
+    direction = points[chord + 1].T - here
+    length = np.sqrt(np.einsum("dk,dk->k", direction, direction))
+    direction = np.divide(direction, length, out=np.zeros_like(here), where=length > 0)
+    seen = np.empty((4, len(here) + 1, len(length)))
+    np.subtract(pieces, here, out=seen[:, 1:])
+    seen[:, 0] = np.einsum("pdk,dk->pk", seen[:, 1:], direction)
+    seen[:, 1:] -= seen[:, :1] * direction
+    return seen, length
+
+
+def _halves(pieces: Array) -> Array:
+    """Return the first and then the second halves of pieces (4, d, k), as (4, d, 2 k)."""
+    return np.concatenate([half.transpose(1, 2, 0) for half in split(pieces.transpose(2, 0, 1))], axis=2)
 
 
 def _segment_bounds(pieces: Array, length: Array) -> tuple[Array, Array]:
@@ -219,9 +229,9 @@ def _segment_bounds(pieces: Array, length: Array) -> tuple[Array, Array]:
 
     Across the segment the bound is `_largest_cubic`; beyond the segment's ends, the hull of the poles.
     """
-    along, across = pieces[:, :, 0], pieces[:, :, 1:]
-    beyond = np.maximum(np.maximum(-along, along - length[:, None]), 0.0)
-    size = np.sqrt(np.einsum("kpd,kpd->kp", across[:, ::3], across[:, ::3])).T
-    bend = across[:, :2] - 2.0 * across[:, 1:3] + across[:, 2:]
-    aside = _largest_cubic(size[0], size[1], np.sqrt(np.einsum("kpd,kpd->kp", bend, bend)).T)
-    return np.hypot(size, beyond[:, ::3].T), np.hypot(aside, beyond.max(axis=1))
+    along, across = pieces[:, 0], pieces[:, 1:]
+    beyond = np.maximum(np.maximum(-along, along - length), 0.0)
+    size = np.sqrt(np.einsum("pdk,pdk->pk", across[::3], across[::3]))
+    bend = across[:2] - 2.0 * across[1:3] + across[2:]
+    aside = _largest_cubic(size[0], size[1], np.sqrt(np.einsum("pdk,pdk->pk", bend, bend)))
+    return np.hypot(size, beyond[::3]), np.hypot(aside, beyond.max(axis=0))

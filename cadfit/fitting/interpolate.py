@@ -36,21 +36,23 @@ def interpolate(
     >>> s(5.0), s.derivative(0.0)
     (array([3., 4.]), array([0., 1.]))
     """
-    points = as_contour(points, closed)
-    u = parametrize(points, parametrization, closed)
+    given = as_contour(points, closed)
+    u = parametrize(given, parametrization, closed)
+    origin = given.mean(axis=0)  # far from zero, the system's rounding would show
+    centred = given - origin
     if closed:
         if end_tangents is not None:
             raise ValueError("a closed curve has no ends: leave end_tangents out")
-        return _periodic_interpolant(points, u)
-    if end_tangents is None and len(points) == 2:  # scipy needs three rows for natural ends; of two it is the segment
-        return BSpline(points[0] + np.linspace(0, 1, 4)[:, None] * (points[1] - points[0]), np.repeat(u, 4))
+        return _periodic_interpolant(centred, u).transformed(np.eye(given.shape[1]), origin)
+    if end_tangents is None and len(given) == 2:  # scipy needs three rows for natural ends; of two it is the segment
+        return BSpline(given[0] + np.linspace(0, 1, 4)[:, None] * (given[1] - given[0]), np.repeat(u, 4))
     ends: Any = "natural"  # scipy's stubs know numbers only
     step = u[-1] / (len(u) - 1)  # steps near 1: the system has rows of derivatives beside rows of values
     if end_tangents is not None:
-        velocities = step * _end_velocities(points, u, end_tangents)
+        velocities = step * _end_velocities(given, u, end_tangents)
         ends = ([(1, velocities[0])], [(1, velocities[1])])
-    found = make_interp_spline(u / step, points, k=3, bc_type=ends)
-    return BSpline(found.c, np.concatenate([u[[0, 0, 0]], u, u[[-1, -1, -1]]]))
+    found = make_interp_spline(u / step, centred, k=3, bc_type=ends)
+    return BSpline(found.c + origin, np.concatenate([u[[0, 0, 0]], u, u[[-1, -1, -1]]]))
 
 
 def _periodic_interpolant(points: Array, u: Array) -> BSpline:

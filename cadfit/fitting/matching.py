@@ -201,13 +201,14 @@ def _feet(spline: BSpline, points: Array, u: Array) -> Array:
     gap = spline(u) - points
     square = np.einsum("nd,nd->n", gap, gap)
     reach = np.full(len(u), (high - low) / (len(spline.distinct_knots) - 1))
-    for _ in range(20):
+    for turn in range(20):
         here, target = best[rows], points[rows]
-        velocity, bend = spline.derivative(here), spline.derivative(here, 2)
+        velocity = spline.derivative(here)
         slope = np.einsum("nd,nd->n", gap, velocity)
-        flat = np.einsum("nd,nd->n", velocity, velocity)
-        rate = flat + np.einsum("nd,nd->n", gap, bend)
-        rate = np.where(rate > 0.1 * flat, rate, flat)  # toward a minimum, never a maximum
+        rate = flat = np.einsum("nd,nd->n", velocity, velocity)
+        if turn:  # Gauss and Newton's step first: where the distance is small, the bend hardly matters
+            rate = flat + np.einsum("nd,nd->n", gap, spline.derivative(here, 2))
+            rate = np.where(rate > 0.1 * flat, rate, flat)  # toward a minimum, never a maximum
         step = np.divide(slope, rate, out=np.zeros_like(slope), where=rate > 0)
         moved = np.clip(here - np.clip(step, -reach, reach), low, high)
         moved_gap = spline(moved) - target
@@ -215,8 +216,10 @@ def _feet(spline: BSpline, points: Array, u: Array) -> Array:
         better = new < old
         best[rows[better]], square[rows[better]] = moved[better], new[better]
         reach = np.where(better, reach, 0.25 * np.minimum(reach, np.abs(step)))
-        # On to those that still gain, or that overshot from a place that is no foot.
-        going = np.where(better, old - new > 1e-8 * new, slope * slope > 1e-12 * flat * old)
+        # On to those that still gain (measured by the larger distances), or that overshot from a place that is no foot.
+        going = np.where(
+            better, old - new > 1e-8 * np.maximum(new, 1e-4 * new.max()), slope * slope > 1e-12 * flat * old
+        )
         going &= np.abs(step) > 1e-14 * (high - low)
         if not going.any():
             break
