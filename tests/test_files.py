@@ -4,7 +4,6 @@ import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import corpus_data
 import numpy as np
 import pytest
 import trimesh
@@ -16,6 +15,8 @@ from cadfit import BSpline, Deviation, cardinal_spline, local_spline
 from cadfit.files import FORMATS, Curves, check, read, write
 from cadfit.files import text as text_module
 from cadfit.files.facts import facts
+
+import corpus_data
 
 POINT_SUFFIXES = [".csv", ".txt", ".xyz", ".npy", ".npz", ".json"]
 

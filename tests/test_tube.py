@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 import cadfit
 from cadfit import BSpline, cardinal_spline, frames, tube
-from cadfit.sweeping.mesh import disc, tube_faces
+from cadfit.sweeping.mesh import around, disc, tube_faces
 from cadfit.sweeping.stations import chain, stationed, tightest
 
 KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
@@ -165,6 +165,34 @@ def test_rings_stand_square_on_the_path(case):
     assert np.abs(along).max() <= 1e-7 * radius
 
 
+def off_frames(path, rings):
+    """The largest angle between a ring's first corner and the normal of `frames` at the same place."""
+    centres = rings.mean(axis=1)
+    solid = path if path.poles.shape[1] == 3 else path.transformed(np.eye(3, 2))
+    f = frames(solid, solid.nearest(centres)[0])
+    spokes = rings[:, 0] - centres
+    return np.abs(np.arctan2(np.sum(spokes * f.binormals, axis=1), np.sum(spokes * f.normals, axis=1))).max()
+
+
+def test_rings_follow_the_frames(case):
+    """One double reflection a step is off by less than 1e-4 radians over the whole path, at a coarse tolerance too."""
+    path, radius = case
+    for share in (0.2, 0.01):
+        mesh = tube(path, radius, share * radius)
+        assert off_frames(path, mesh.vertices.reshape(-1, sides_of(mesh), 3)) < 1e-4
+
+
+def test_rings_follow_the_frames_to_fourth_order():
+    path = PATHS["one bend"][0]
+    errors = []
+    for count in (9, 17, 33):
+        u = np.linspace(*path.domain, count)
+        tangents = path.derivative(u).T
+        mesh = around(path(u).T, tangents / np.linalg.norm(tangents, axis=0), False, 0.4, 8, 0.1)
+        errors.append(off_frames(path, mesh.vertices.reshape(-1, 8, 3)))
+    assert np.all(np.log2(np.array(errors[:-1]) / errors[1:]) > 3.7)
+
+
 @pytest.mark.parametrize("name", [name for name, (path, _) in PATHS.items() if not path.closed])
 def test_rings_turn_no_more_than_the_path_bends(name):
     path, radius = PATHS[name]
@@ -217,7 +245,7 @@ def test_a_straight_tube_is_two_rings():
 
 def test_stations_grow_as_the_square_root_of_the_tolerance():
     path, radius = PATHS["one bend"]
-    counts = np.array([len(stationed(chain(path), radius, 10.0**-k)) for k in range(2, 8)])
+    counts = np.array([stationed(chain(path), radius, 10.0**-k)[0].shape[1] for k in range(2, 8)])
     assert np.all(np.abs(np.log10(counts[1:] / counts[:-1]) - 0.5) < 0.2)
     # And hardly more than the bend needs at best: the integral of sqrt(curvature (1 + radius curvature) / 8 tolerance).
     u = np.linspace(0, 1, 20001)
@@ -269,6 +297,28 @@ def test_a_path_that_turns_back_at_a_knot_is_reported():
     with pytest.warns(UserWarning, match="radius of 0, .* no radius would do"):
         mesh = tube(path, 0.1)
     assert mesh.is_watertight
+
+
+def test_a_path_that_rests_and_turns_is_reported():
+    """The spans of the repeated points have no length: the break is between their neighbours."""
+    path = cardinal_spline([[0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]])
+    with pytest.warns(UserWarning, match="radius of 0, .* no radius would do"):
+        mesh = tube(path, 0.1)
+    assert mesh.is_watertight
+    assert np.isfinite(mesh.vertices).all()
+
+
+def test_stations_beside_each_other():
+    """Steps lost in the rounding of far coordinates have no chord to reflect in, and turn no ring."""
+    path = PATHS["helix"][0].transformed(np.eye(3), [1e6, 1e6, 1e6])
+    u = np.linspace(*path.domain, 200)
+    close = np.sort(np.concatenate([u, np.nextafter(u[1:-1], u[-1]), u[1:-1] + 1e-13]))
+    turned = []
+    for at in (u, close):
+        tangents = path.derivative(at).T
+        mesh = around(path(at).T, tangents / np.linalg.norm(tangents, axis=0), False, 0.5, 8, 0.1)
+        turned.append(mesh.vertices.reshape(-1, 8, 3)[-1])
+    assert np.abs(turned[1] - turned[0]).max() < 1e-5
 
 
 def test_corners_are_refused():

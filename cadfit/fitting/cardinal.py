@@ -36,6 +36,8 @@ def cardinal_pieces(points: ArrayLike, tension: float = 0.5, closed: bool = Fals
 
 def _control_points(points: ArrayLike, tension: float, closed: bool) -> Array:
     """Return the cardinal spline's 3m + 1 control points, each joint once."""
+    if not np.isfinite(tension):
+        raise ValueError(f"the tension must be a finite number, not {tension}")
     points = as_contour(points, closed)
     m = len(points) - (not closed)
     control = np.empty((3 * m + 1, points.shape[1]))
@@ -58,7 +60,7 @@ def cardinal_spline(points: ArrayLike, tension: float = 0.5, curvature: float = 
     """Return the C2 B-spline on the control points of the cardinal spline (step 3 of FC2).
 
     `points` (n, d), at least 2 (closed: 3), in any dimension. No linear system is solved, and a moved point changes
-    the curve only from the third point before it to the third after.
+    the curve only from the second point before it to the second after.
 
     With `curvature=0.0` this is the paper's curve: 3n - 2 poles on the clamped uniform knots 0, 0, 0, 0, 1, 2, ...
     It passes through every point (point k, counted from 0, at the parameter 3k - 1, the ends at the ends) with the
@@ -105,12 +107,15 @@ def c2_spline(pieces: ArrayLike, closed: bool = False) -> BSpline:
     periodic, the joints at 0, 3, 6, ...). Where the chain is C1 the spline passes through the joint with the chain's
     direction and second derivative zero; it is not the same shape as the chain (`pieces_to_spline` is).
 
-    Raises ValueError for a wrong shape. Source: the paper, section 2.3.
+    Raises ValueError for a wrong shape, a piece that does not start at the end of the one before, and `closed` for a
+    chain that does not return. Source: the paper, section 2.3.
 
     >>> c2_spline(cardinal_pieces([[0.0], [1.0], [3.0]])).knots
     array([0., 0., 0., 0., 1., 2., 3., 4., 4., 4., 4.])
     """
-    pieces = _checked(pieces)
+    pieces = _chain(pieces)
+    if closed and np.abs(pieces[-1, 3] - pieces[0, 0]).max() > _rounding(pieces):
+        raise ValueError("the chain does not return to its start: it is not closed")
     return _uniform_spline(np.concatenate([pieces[:, :3].reshape(-1, pieces.shape[2]), pieces[-1:, 3]]), closed)
 
 
@@ -158,14 +163,9 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
     >>> pieces_to_spline(cardinal_pieces([[0.0], [1.0], [3.0]])).knots
     array([0., 0., 0., 0., 1., 1., 2., 2., 2., 2.])
     """
-    pieces = _checked(pieces)
-    rounding = 1e-12 * max(float(np.abs(pieces).max()), np.finfo(np.float64).tiny)
-    gaps = np.abs(pieces[1:, 0] - pieces[:-1, 3]).max(axis=1, initial=0.0)
-    if np.any(gaps > rounding):
-        k = int(np.argmax(gaps > rounding))
-        raise ValueError(f"piece {k + 1} starts {gaps[k]:.6g} away from the end of piece {k}: the chain is broken")
+    pieces = _chain(pieces)
     kink = (pieces[1:, 1] - pieces[1:, 0]) - (pieces[:-1, 3] - pieces[:-1, 2])
-    corner = np.abs(kink).max(axis=1, initial=0.0) > rounding
+    corner = np.abs(kink).max(axis=1, initial=0.0) > _rounding(pieces)
     keep = np.concatenate([np.ones((len(pieces), 3), dtype=bool), np.append(corner, True)[:, None]], axis=1)
     keep[1:, 0] = False  # the joint is the piece before's to keep
     joints = np.arange(1.0, len(pieces))
@@ -173,8 +173,17 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
     return BSpline(pieces[keep], np.concatenate([[0.0] * 4, inner, [float(len(pieces))] * 4]))
 
 
-def _checked(pieces: ArrayLike) -> Array:
+def _chain(pieces: ArrayLike) -> Array:
+    """Return a chain of Bézier pieces, checked."""
     pieces = np.asarray(pieces, dtype=np.float64)
     if pieces.ndim != 3 or pieces.shape[1] != 4 or len(pieces) == 0:
         raise ValueError(f"pieces must have the shape (m, 4, d), not {pieces.shape}")
+    gaps = np.abs(pieces[1:, 0] - pieces[:-1, 3]).max(axis=1, initial=0.0)
+    if np.any(gaps > _rounding(pieces)):
+        k = int(np.argmax(gaps > _rounding(pieces)))
+        raise ValueError(f"piece {k + 1} starts {gaps[k]:.6g} away from the end of piece {k}: the chain is broken")
     return pieces
+
+
+def _rounding(pieces: Array) -> float:
+    return 1e-12 * max(float(np.abs(pieces).max()), float(np.finfo(np.float64).tiny))

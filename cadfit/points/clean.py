@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +39,8 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
     Traceback (most recent call last):
     ValueError: row 1 of the points is not finite: [1.0, nan]
     """
+    if isinstance(points, np.ndarray) and np.iscomplexobj(points):  # numpy would drop the imaginary parts
+        raise ValueError("points must be real numbers, not complex ones")
     try:
         array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError):
@@ -102,8 +104,10 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
 
 def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:
     """Find the first row that keeps the points from being an array of numbers."""
+    if not isinstance(points, Iterable):
+        return f"points must be rows of numbers, not {points!r:.80}"
     width = None
-    for row, values in enumerate(points):  # type: ignore[arg-type]
+    for row, values in enumerate(points):
         try:
             count = np.array(values, dtype=np.float64).size
         except (TypeError, ValueError):
