@@ -1,18 +1,21 @@
 """Tubes against `trimesh.creation.sweep_polygon`: the same stations and sides, one run, warm, medians of repeats.
 
-`from stations` starts, on both sides, from what the path is at the stations: points for trimesh, Bézier pieces for
-cadfit, which moreover carries frames to sixth order and balances the volume. trimesh is handed the triangulation of
-its polygon, for which it would need one more package. `tube` is the whole call, choosing its own stations.
+`from stations` starts, on both sides, from what the path is at the stations: its points, for cadfit the tangents too.
+`tube` is the whole call, which finds the path's pieces, looks for corners and bends that are too tight, and chooses its
+own stations, about as many. trimesh triangulates its polygon with what is installed (shapely, and mapbox-earcut or
+manifold3d); where nothing is, it is handed the triangulation and the work is spared it.
 """
 
+from contextlib import AbstractContextManager, nullcontext
 from unittest.mock import patch
 
 import numpy as np
 import trimesh
 
 import cadfit
+from cadfit.bezier import Array
 from cadfit.sweeping.mesh import around, disc
-from cadfit.sweeping.stations import Chain, chain, stationed
+from cadfit.sweeping.stations import chain, stationed
 
 from timing import interleaved
 
@@ -21,18 +24,15 @@ RADIUS = 1.0
 
 
 def helix() -> cadfit.BSpline:
-    t = np.linspace(0.0, 20.0 * np.pi, 100)
+    t = np.linspace(0.0, 20.0 * np.pi, 60)
     return cadfit.cardinal_spline(np.column_stack([10 * np.cos(t), 10 * np.sin(t), t]), curvature=1.0)
 
 
-def cut(path: cadfit.BSpline, stations: int) -> Chain:
-    """Return the path as Bézier pieces between evenly spaced stations."""
+def placed(path: cadfit.BSpline, stations: int) -> tuple[Array, Array]:
+    """Return points and unit tangents (3, n) of the path at evenly spaced stations."""
     u = np.linspace(*path.domain, stations)
-    points, widths = path(u), np.diff(u)
-    handles = path.derivative(u) / 3.0
-    leaving, arriving = widths[:, None] * handles[:-1], widths[:, None] * handles[1:]
-    pieces = np.stack([points[:-1], points[:-1] + leaving, points[1:] - arriving, points[1:]], axis=1)
-    return Chain(pieces, u[:-1], widths)
+    tangents = path.derivative(u).T
+    return np.ascontiguousarray(path(u).T), tangents / np.linalg.norm(tangents, axis=0)
 
 
 def tolerance_for(path: cadfit.BSpline, stations: int) -> float:
@@ -40,28 +40,47 @@ def tolerance_for(path: cadfit.BSpline, stations: int) -> float:
     low, high = 1e-12, 10.0
     for _ in range(40):
         middle = np.sqrt(low * high)
-        low, high = (middle, high) if len(stationed(chain(path), RADIUS, 0.5 * middle)) >= stations else (low, middle)
+        points, _ = stationed(chain(path), RADIUS, 0.5 * middle)
+        low, high = (middle, high) if points.shape[1] >= stations else (low, middle)
     return high
+
+
+def polygon() -> tuple[object, str, AbstractContextManager[object]]:
+    """Return trimesh's polygon, how it is triangulated, and the context in which that works."""
+    corners = RADIUS * disc(SIDES)
+    try:
+        import shapely
+
+        profile = shapely.Polygon(corners)
+        trimesh.creation.triangulate_polygon(profile)
+        return profile, "triangulating its polygon, as its users call it", nullcontext()
+    except (ImportError, ValueError):  # no shapely, or no engine
+        fan = np.arange(1, SIDES - 1)
+        triangles = np.column_stack([0 * fan, fan, fan + 1])
+        spared = patch("trimesh.creation.triangulate_polygon", lambda *_, **__: (corners, triangles))
+        return None, "handed its triangulation", spared
 
 
 def table() -> str:
     path = helix()
-    fan = np.arange(1, SIDES - 1)
-    triangulation = disc(SIDES) * RADIUS, np.column_stack([0 * fan, fan, fan + 1])
+    profile, how, context = polygon()
     rows = [
+        f"`sweep_polygon` is {how}.",
+        "",
         "| stations | sweep_polygon | cadfit from stations | times faster | cadfit.tube | times faster |",
         "| ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
     for stations in (200, 2_000, 20_000):
-        pieces, points = cut(path, stations), path(np.linspace(*path.domain, stations))
+        points, tangents = placed(path, stations)
         tolerance = tolerance_for(path, stations)
+        rows_of_points = np.ascontiguousarray(points.T)
         calls = [
-            lambda points=points: trimesh.creation.sweep_polygon(None, points),
-            lambda pieces=pieces: around(pieces, False, RADIUS, SIDES, 0.01),
+            lambda points=rows_of_points: trimesh.creation.sweep_polygon(profile, points),
+            lambda points=points, tangents=tangents: around(points, tangents, False, RADIUS, SIDES, 0.01),
             lambda tolerance=tolerance: cadfit.tube(path, RADIUS, tolerance, sides=SIDES),
         ]
-        with patch("trimesh.creation.triangulate_polygon", lambda *_, **__: triangulation):
-            theirs, ours, whole = interleaved(calls, 11, max(1, 4_000 // stations))
+        with context:
+            theirs, ours, whole = interleaved(calls, 21, max(1, 4_000 // stations))
         rows.append(
             f"| {stations:,} | {theirs * 1e3:.2f} ms | {ours * 1e3:.2f} ms | {theirs / ours:.1f} "
             f"| {whole * 1e3:.2f} ms | {theirs / whole:.1f} |"

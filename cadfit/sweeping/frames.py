@@ -7,7 +7,10 @@ A tangent t is written as a spinor, two complex numbers psi with psi^H sigma psi
 the frame about t by -2 a, so a spinor is a tangent together with a normal. The paper's double reflection along the
 chord v carries psi to a multiple of psi' with the phase of <psi', (v . sigma) psi>: its second reflection only brings
 in (t' . sigma), which psi' absorbs. So a step's turn can be read off that number whatever phases the two spinors were
-given, all steps are independent, and a cumulative product joins them.
+given, all steps are independent, and a cumulative product joins them. With psi = (a, c), normal + i binormal is along
+(a^2 - c^2, i (a^2 + c^2), -2 a c), so a frame is turned by the square of its spinor's phase.
+
+Arrays of vectors are (3, n) here, arrays of spinors (2, n): numpy is quickest along long rows.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ from cadfit.bspline import BSpline
 Complex = NDArray[np.complex128]
 
 SMOOTH = 1e-6  # radians: a smaller break of the tangent is rounding, a larger one is a corner
-_SLOW = 1e-9  # of the largest handle: a shorter one is looked at closely, for it may have no direction
+SLOW = 1e-9  # of the largest handle: a shorter one is looked at closely, for it may have no direction
+_NOISE = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: what rounding leaves of a difference
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,12 +87,42 @@ def frames(spline: BSpline, parameters: ArrayLike) -> Frames:
     u.sort(kind="stable")
     u = u[np.concatenate([[True], u[1:] > u[:-1]])]
     # Between two of these stations the path is one cubic, given by its ends and its Bézier handles there.
-    handles = path.derivative(u)
-    thirds = np.diff(u)[:, None] / 3.0
-    every = transport(path(u), thirds * handles[:-1], thirds * handles[1:], path.closed)
+    points, velocities = np.ascontiguousarray(path(u).T), np.ascontiguousarray(path.derivative(u).T)
+    thirds = (u[1:] - u[:-1]) / 3.0
+    leaving, arriving = thirds * velocities[:, :-1], thirds * velocities[:, 1:]
+    chords = points[:, 1:] - points[:, :-1]
+    tops = 0.5 * chords - 0.25 * (leaving + arriving)  # a third of the velocity halfway, as the handles are at the ends
+    lengths = running(np.add, 0.0, 0.5 * (norms(leaving) + norms(arriving)) + 2.0 * norms(tops))
+
+    directions = np.concatenate([leaving, arriving[:, -1:]], axis=1)
+    bulge = 0.375 * (leaving - arriving)  # of the halfway point over the middle of the chord
+    halves = 0.5 * chords + bulge, 0.5 * chords - bulge
+    speeds = norms(directions)
+    if speeds.min() <= SLOW * speeds.max():
+        directions = limits(leaving, arriving, chords, points)
+        speeds = norms(directions)
+        # A chord hardly longer than its rounding has no direction to reflect in, nor a way through the middle.
+        short = norms(chords) <= 1e3 * _NOISE * np.abs(points).max()
+        chords[:, short] = tops[:, short] = 0.0
+    psi, squares = spinors(directions, speeds)
+    middle, _ = spinors(tops, norms(tops))
+    start, end = psi[:, :-1], psi[:, 1:]
+    whole = carried(start, chords, end)
+    twice = _reflected(start, halves[0], middle) * _reflected(middle, halves[1], end)
+    twice = np.where(twice == 0.0, whole, twice)
+    # One step's phase is off by c h^5, that of two half steps by c h^5 / 16: Richardson gives 16 / 15 of the one less
+    # 1 / 15 of the other, which for phases as near as these is the direction of this sum.
+    phases = transported(psi, 16.0 * twice / np.abs(twice) - whole / np.abs(whole))
+    tangents = directions / speeds
+    angle = 0.0
+    if path.closed and norms(tangents[:, :1] - tangents[:, -1:]) <= SMOOTH:
+        angle = holonomy(psi, phases)
+        phases *= np.exp(1j * angle / lengths[-1] * lengths)
+    a, c = psi
+    across = np.stack([a * a - c * c, 1j * (a * a + c * c), -2.0 * a * c]) * (phases / squares)
     at = np.searchsorted(u, wanted)
-    axes = (every.tangents[at], every.normals[at], every.binormals[at])
-    return Frames(every.origins[at], *axes, every.lengths[at], every.holonomy)
+    origins, along, normals, binormals = (rows.T[at] for rows in (points, tangents, across.real, across.imag))
+    return Frames(origins, along, normals, binormals, lengths[at], angle)
 
 
 def lifted(spline: BSpline) -> BSpline:
@@ -107,135 +141,107 @@ def lifted(spline: BSpline) -> BSpline:
     return spline if d == 3 else spline.transformed(np.eye(3, 2))
 
 
-def transport(origins: Array, leaving: Array, arriving: Array, closed: bool) -> Frames:
-    """Return the rotation-minimizing frames of a chain of Bézier pieces at the m + 1 ends of its pieces.
+def norms(vectors: Array) -> Array:
+    """Return the lengths (n,) of vectors (3, n)."""
+    return np.asarray(np.sqrt(np.einsum("dn,dn->n", vectors, vectors)))
 
-    `origins` (m + 1, 3) are the ends, `leaving` and `arriving` (m, 3) the handles, P1 - P0 and P3 - P2 of each piece;
-    `closed` when the chain returns to its start. See `frames` for the rest.
 
-    >>> ends, handle = np.array([[0.0, 0, 0], [3, 0, 0]]), np.array([[1.0, 0, 0]])
-    >>> transport(ends, handle, handle, closed=False).lengths
-    array([0., 3.])
+def running(combine: np.ufunc, first: complex, steps: NDArray[Any]) -> NDArray[Any]:
+    """Return the running sum or product of the steps, with its first value before them.
+
+    >>> running(np.add, 1.0, np.array([2.0, 3.0]))
+    array([1., 3., 6.])
     """
-    m = len(leaving)
-    chords = origins[1:] - origins[:-1]
-    tops = 0.5 * chords - 0.25 * (leaving + arriving)  # a third of the velocity halfway, as the handles are at the ends
-    directions = np.concatenate([leaving, arriving[-1:], tops, arriving])
-    speeds = np.sqrt(np.einsum("nd,nd->n", directions, directions))
-    lengths = _running(np.add, 0.0, 0.5 * (speeds[:m] + speeds[2 * m + 1 :]) + 2.0 * speeds[m + 1 : 2 * m + 1])
-    directions, speeds = directions[: 2 * m + 1], speeds[: 2 * m + 1]
-    if speeds[: m + 1].min() <= _SLOW * speeds.max():
-        noise = 64.0 * np.finfo(np.float64).eps * np.abs(origins).max()
-        directions[: m + 1] = _limits(leaving, arriving, chords, noise)
-        # A chord hardly longer than its rounding has no direction to reflect in: no way through the middle there.
-        directions[m + 1 :][np.linalg.norm(chords, axis=1) <= 1e3 * noise] = 0.0
-        speeds = np.sqrt(np.einsum("nd,nd->n", directions, directions))
-
-    psi = _spinors(directions, speeds)
-    starts, middles, ends = psi[:, :m], psi[:, m + 1 :], psi[:, 1 : m + 1]
-    bulge = 0.375 * (leaving - arriving)  # of the halfway point over the middle of the chord
-    carried = _carried(
-        np.concatenate([starts, middles, starts], axis=1),
-        np.concatenate([0.5 * chords + bulge, 0.5 * chords - bulge, chords]),
-        np.concatenate([middles, ends, ends], axis=1),
-    ).reshape(3, m)
-    phases = _running(np.multiply, 1.0, _extrapolated(carried, starts, ends))
-
-    tangents = directions[: m + 1] / speeds[: m + 1, None]
-    normals = _normals(psi[:, : m + 1], phases)
-    up = 2 if abs(tangents[0, 2]) < 0.9 else 1
-    normals *= 1j * normals[0, up].conj() / abs(normals[0, up])
-    holonomy = 0.0
-    if closed and np.linalg.norm(tangents[0] - tangents[-1]) <= SMOOTH:
-        holonomy = -float(np.angle(np.vdot(normals[0], normals[-1])))
-        normals *= np.exp(1j * holonomy / lengths[-1] * lengths)[:, None]
-    return Frames(origins, tangents, normals.real, normals.imag, lengths, holonomy)
-
-
-def _running(combine: np.ufunc, first: float, steps: NDArray[Any]) -> NDArray[Any]:
-    """Return the running sum or product of the steps, with its first value before them."""
     out = np.empty(len(steps) + 1, dtype=steps.dtype)
     out[0] = first
-    combine.accumulate(steps, out=out[1:])
+    out[1:] = steps
+    combine.accumulate(out, out=out)
     return out
 
 
-def _spinors(directions: Array, speeds: Array) -> Complex:
-    """Return a spinor (2, n) along each direction (n, 3) of the given length; its own length and phase are arbitrary.
+def spinors(directions: Array, sizes: Array | float) -> tuple[Complex, Array]:
+    """Return a spinor (2, n) along each direction (3, n) of the given size, and the squares (n,) of their lengths.
 
-    Of the two usual forms the one that does not vanish near its own pole is taken.
+    A spinor's own length and phase are arbitrary. Of the two usual forms the one that does not vanish near its own
+    pole is taken.
     """
-    flat = directions[:, 0] + 1j * directions[:, 1]
-    tall = speeds + np.abs(directions[:, 2])
-    up = directions[:, 2] >= 0.0
-    psi = np.empty((2, len(speeds)), dtype=np.complex128)
-    psi[0] = np.where(up, tall, flat.conj())
-    psi[1] = np.where(up, flat, tall)
-    return psi
+    tall: Array = sizes + np.abs(directions[2])
+    psi = np.empty((2, directions.shape[1]), dtype=np.complex128)
+    psi[0] = tall
+    psi.real[1], psi.imag[1] = directions[:2]
+    np.copyto(psi, psi[::-1].conj(), where=directions[2] < 0.0)
+    return psi, 2.0 * sizes * tall
 
 
-def _carried(start: Complex, along: Array, end: Complex) -> Complex:
-    """Return <end, (along . sigma) start> (n,): double reflection along a chord, its turn the number's phase."""
-    flat, rise = along[:, 0] + 1j * along[:, 1], along[:, 2]
-    upper = rise * start[0] + flat.conj() * start[1]
-    lower = flat * start[0] - rise * start[1]
-    return np.asarray(end[0].conj() * upper + end[1].conj() * lower)
+def carried(start: Complex, along: Array, end: Complex) -> Complex:
+    """Return numbers (m,), never zero, whose phases are those of the steps from spinors to the next, along chords.
 
-
-def _extrapolated(carried: Complex, start: Complex, end: Complex) -> Complex:
-    """Return each step's phase (m,), as a number of length 1, from `carried` (3, m): two half steps and a whole one.
-
-    One step's phase is off by c h^5, that of two half steps by c h^5 / 16: Richardson gives 16 / 15 of the one less
-    1 / 15 of the other, which for phases as near as these is the direction of this sum. Where there is nothing to
-    reflect in (a step of no length, a tangent that turns straight back) the spinor is carried along the great circle.
+    Where there is nothing to reflect in (a chord of no length, a tangent that turns straight back) the spinor is
+    carried along the great circle.
     """
-    sizes = np.abs(carried)
-    if sizes.min() == 0.0:
-        flat = sizes.min(axis=0) == 0.0
+    out = _reflected(start, along, end)
+    if not out.all():
         direct = np.einsum("kn,kn->n", end.conj(), start)
         direct[direct == 0.0] = 1.0
-        carried = np.where(flat, np.stack([direct, np.ones_like(direct), direct]), carried)
-        sizes = np.abs(carried)
-    first, second, whole = carried / sizes
-    phases: Complex = 16.0 * first * second - whole
-    phases /= np.abs(phases)
-    return phases
-
-
-def _normals(psi: Complex, phases: Complex) -> Complex:
-    """Return normal + i binormal (n, 3), unit vectors, of spinors (2, n) turned by the phases."""
-    sizes = psi.real**2 + psi.imag**2
-    turned = psi * (phases * phases / (sizes[0] + sizes[1]))
-    out = np.empty((len(phases), 3), dtype=np.complex128)
-    a2, c2 = turned * psi
-    out[:, 0] = a2 - c2
-    out[:, 1] = 1j * (a2 + c2)
-    out[:, 2] = -2.0 * turned[0] * psi[1]
+        out = np.where(out == 0.0, direct, out)
     return out
 
 
-def _limits(leaving: Array, arriving: Array, chords: Array, noise: float) -> Array:
-    """Return the directions (m + 1, 3) of the ends of pieces, the limit where the path stands still.
+def _reflected(start: Complex, along: Array, end: Complex) -> Complex:
+    """Return <end, (along . sigma) start> (m,): double reflection along a chord."""
+    flat = along[0] + 1j * along[1]
+    back = end.conj()
+    same, other = back * start, back * start[::-1]
+    return np.asarray(along[2] * (same[0] - same[1]) + flat.conj() * other[0] + flat * other[1])
 
-    The direction in which a Bézier piece leaves its start is that of the first pole that is not there, the second, the
-    third or the last. An end whose next piece is one point has the direction in which the path arrives, and where
-    that is a point as well, that of the end before it, or of the first to have one.
+
+def transported(psi: Complex, steps: Complex) -> Complex:
+    """Return the factors (n,) of length 1 that turn the frame of each spinor into the transported one.
+
+    `steps` (n - 1,) are numbers with the phases of the steps. The first normal is horizontal (see `frames`).
     """
-    out = np.concatenate([np.zeros((1, 3)), _first_moving(arriving, chords - leaving, chords, noise)])
-    ahead = _first_moving(leaving, chords - arriving, chords, noise)
-    moves = ahead.any(axis=1)
-    out[:-1][moves] = ahead[moves]
-    known = out.any(axis=1)
+    a, c = psi[:, 0].tolist()
+    up = -2.0 * a * c  # normal + i binormal, upward
+    if abs(up) < 0.4 * (abs(a) ** 2 + abs(c) ** 2):
+        up = 1j * (a * a + c * c)
+    return running(np.multiply, 1j * abs(up) / up, steps / steps.conj())
+
+
+def holonomy(psi: Complex, factors: Complex) -> float:
+    """Return the angle, about the tangent, by which the last frame is short of the first; their tangents are one."""
+    seam = complex(np.vdot(psi[:, 0], psi[:, -1]))
+    return -float(np.angle(factors[-1] / factors[0] * seam * seam))
+
+
+def limits(leaving: Array, arriving: Array, chords: Array, points: Array) -> Array:
+    """Return the directions (3, m + 1) of the ends of Bézier pieces, the limit where the path stands still.
+
+    `leaving` and `arriving` (3, m) are the handles, P1 - P0 and P3 - P2 of each piece, `chords` P3 - P0, `points`
+    (3, m + 1) the ends. The direction in which a piece leaves its start is that of the first pole that is not there,
+    the second, the third or the last. An end whose next piece is one point has the direction in which the path
+    arrives, and where that is a point as well, that of the end before it, or of the first to have one.
+    """
+    noise = _NOISE * np.abs(points).max()
+    out = np.zeros_like(points)
+    out[:, 1:] = first_moving(arriving, chords - leaving, chords, noise)
+    ahead = first_moving(leaving, chords - arriving, chords, noise)
+    np.copyto(out[:, :-1], ahead, where=ahead.any(axis=0))
+    known = out.any(axis=0)
     if not known.any():
         raise ValueError("the path never moves: all its poles are one point")
-    last = np.maximum.accumulate(np.where(known, np.arange(len(out)), np.argmax(known)))
-    return np.asarray(out[last])
+    last = np.maximum.accumulate(np.where(known, np.arange(len(out.T)), np.argmax(known)))
+    return np.asarray(out[:, last])
 
 
-def _first_moving(first: Array, second: Array, third: Array, noise: float) -> Array:
-    """Return for each row the first of the three vectors that is not zero, up to rounding; zero when all are noise."""
+def first_moving(first: Array, second: Array, third: Array, noise: float = 0.0) -> Array:
+    """Return the first of three vectors that is not zero up to rounding, of each n of them; zero when all are noise.
+
+    >>> first_moving(np.zeros((3, 1)), np.array([[1e-20], [0], [0]]), np.array([[0], [2.0], [0]])).ravel()
+    array([0., 2., 0.])
+    """
     vectors = np.stack([first, second, third])
-    sizes = np.linalg.norm(vectors, axis=2)
+    sizes = np.sqrt(np.einsum("kdn,kdn->kn", vectors, vectors))
     longest = sizes.max(axis=0)
     moving = (sizes > 1e-12 * longest) & (longest > noise)
-    return np.where(moving.any(axis=0)[:, None], vectors[moving.argmax(axis=0), np.arange(len(first))], 0.0)
+    chosen = vectors[moving.argmax(axis=0), :, np.arange(first.shape[1])].T
+    return np.where(moving.any(axis=0), chosen, 0.0)

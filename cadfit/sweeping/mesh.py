@@ -12,13 +12,15 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
-from cadfit.sweeping.frames import Frames, lifted, transport
+from cadfit.sweeping.frames import Complex, carried, holonomy, lifted, running, spinors, transported
 from cadfit.sweeping.stations import Chain, breaks, chain, stationed, tightest
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
 _FEWEST_SIDES = 6
+_TINY = 1e-150  # in place of zero under a fraction
+_FINEST = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: no tolerance can be finer
 
 
 def tube(spline: BSpline, radius: float, tolerance: float | None = None, sides: int | None = None) -> Trimesh:
@@ -47,61 +49,96 @@ def tube(spline: BSpline, radius: float, tolerance: float | None = None, sides: 
     path = lifted(spline)
     radius = _positive(radius, "radius")
     tolerance = _positive(radius / 100.0 if tolerance is None else tolerance, "tolerance")
-    smallest = 64.0 * np.finfo(np.float64).eps * (float(np.abs(path.poles).max()) + radius)
+    smallest = _FINEST * (float(np.abs(path.poles).max()) + radius)
     if tolerance < smallest:
         raise ValueError(f"the tolerance {tolerance:g} is below what numbers of this size hold: {smallest:.3g} or more")
     sides = _sides(radius, 0.5 * tolerance) if sides is None else operator.index(sides)
     if sides < 3:
         raise ValueError(f"a tube needs at least 3 sides, not {sides}")
-    if path.size == 0.0:
-        raise ValueError("the path never moves: all its poles are one point")
     whole = chain(path)
     _look_at_bends(path, whole, radius)
-    return around(stationed(whole, radius, 0.5 * tolerance), path.closed, radius, sides, 0.5 * tolerance)
+    points, tangents = stationed(whole, radius, 0.5 * tolerance)
+    return around(points, tangents, path.closed, radius, sides, 0.5 * tolerance)
 
 
-def around(stations: Chain, closed: bool, radius: float, sides: int, slack: float) -> Trimesh:
-    """Return the tube with a ring at every end of the pieces, none larger or smaller by more than `slack`."""
+def around(points: Array, tangents: Array, closed: bool, radius: float, sides: int, slack: float) -> Trimesh:
+    """Return the tube with rings at points (3, n) with unit tangents, none larger or smaller by more than `slack`.
+
+    With `closed` the last ring is the first. One double reflection a step, fourth order, is all that rings which lie
+    within a chord tolerance can show.
+    """
     import trimesh
 
-    pieces = stations.pieces
-    origins = np.concatenate([pieces[:, 0], pieces[-1:, 3]])
-    frames = transport(origins, pieces[:, 1] - pieces[:, 0], pieces[:, 3] - pieces[:, 2], closed)
-    radii = radius * np.sqrt(_swelling(frames, sides, closed, (1.0 + slack / radius) ** 2))
-    points = ring_points(frames, _disc_weights(sides), radii)
-    rings = len(stations) + (not closed)
-    return trimesh.Trimesh(points[: rings * sides], tube_faces(rings, sides, closed), process=False)
+    chords = points[:, 1:] - points[:, :-1]
+    squares = np.einsum("dn,dn->n", chords, chords)
+    spans = 0.5 * np.einsum("dn,dn->n", chords, tangents[:, 1:] + tangents[:, :-1])
+    ratios = squares / np.maximum(spans, _TINY)
+    astray = ratios >= 2.0 * spans
+    if astray.any():  # no way from ring to ring: the path turns on the spot, or the step is lost in rounding
+        chords[:, astray] = 0.0
+        spans[astray] = ratios[astray] = np.sqrt(squares[astray]) + _TINY
+    lengths = (spans + 2.0 * ratios) / 3.0  # of the arcs of circles that touch the tangents, to fourth order
+    psi, sizes = spinors(tangents, 1.0)
+    factors = transported(psi, carried(psi[:, :-1], chords, psi[:, 1:]))
+    if closed:
+        twist = holonomy(psi, factors) / lengths.sum()
+        factors *= np.exp(1j * twist * running(np.add, 0.0, lengths))
+        # Twisted by an angle d a step, the diagonals of the walls cut in (or bulge), and the section halfway, and
+        # with it the volume (the prismatoid formula), change by a part of -tan(pi / sides) d / 3.
+        spans *= 1.0 + math.tan(math.pi / sides) / 3.0 * twist * lengths
+    radii = radius * np.sqrt(_swelling(lengths, spans, closed, (1.0 + slack / radius) ** 2))
+    vertices = ring_points(points, psi, factors * (radii / sizes), _disc_weights(sides))
+    rings = points.shape[1] - closed
+    return trimesh.Trimesh(vertices[: rings * sides], tube_faces(rings, sides, closed), process=False)
 
 
-def ring_points(frames: Frames, weights: Array, scales: Array) -> Array:
+def ring_points(points: Array, psi: Complex, scales: Complex, weights: Array) -> Array:
     """Return the points (n * k, 3) of a profile set into n frames, ring after ring, each in the order of the profile.
 
-    `weights` (9, 3 k) are `profile_weights` of the profile; `scales` (n,) multiplies it in each frame.
+    The frames stand at `points` (3, n), with normal + i binormal, scaled, given by spinors (2, n) and the factors
+    `scales` (n,) on their squares. `weights` (9, 3 k) are `profile_weights` of the profile.
     """
-    stacked = np.concatenate([frames.origins, frames.normals, frames.binormals], axis=1)
-    stacked[:, 3:] *= scales[:, None]
-    out = np.empty((len(stacked), weights.shape[1]))
+    n = len(scales)
+    frames = np.empty((n, 9))
+    frames[:, :3] = points.T
+    products = frames[:, 3:].view(np.complex128).T
+    scaled = scales * psi
+    np.multiply(scaled, psi, out=products[:2])
+    np.multiply(scaled[0], psi[1], out=products[2])
+    out = np.empty((n, weights.shape[1]))
     # Matrix products, each small enough for the cache and to stay in one thread: threads that wait for each other
     # made this ten times slower on a busy machine.
     rows = max(1, (1 << 17) // weights.size)
-    for start in range(0, len(out), rows):
-        np.matmul(stacked[start : start + rows], weights, out=out[start : start + rows])
+    for start in range(0, n, rows):
+        np.matmul(frames[start : start + rows], weights, out=out[start : start + rows])
     return out.reshape(-1, 3)
 
 
 def profile_weights(profile: Array) -> Array:
-    """Return the weights (9, 3 k) of a frame's origin, normal and binormal in the k points of a profile (k, 2).
+    """Return the weights (9, 3 k) of a frame in the k points of a profile (k, 2), x along the normal, y the binormal.
 
-    x is along the normal, y along the binormal.
+    The frame is its origin, then a^2, c^2 and a c of its spinor (a, c), the real before the imaginary part: see
+    `frames` for normal and binormal.
 
-    >>> profile_weights(np.array([[2.0, 5.0]]))[:, 0]
-    array([1., 0., 0., 2., 0., 0., 5., 0., 0.])
+    >>> profile_weights(np.array([[2.0, 5.0]]))[:5]
+    array([[ 1.,  0.,  0.],
+           [ 0.,  1.,  0.],
+           [ 0.,  0.,  1.],
+           [ 2.,  5.,  0.],
+           [ 5., -2.,  0.]])
     """
-    weights = np.zeros((9, len(profile), 3))
-    for axis in range(3):
-        weights[axis, :, axis] = 1.0
-        weights[3 + axis, :, axis], weights[6 + axis, :, axis] = profile.T
-    return weights.reshape(9, -1)
+    x, y = profile.T
+    zero = np.zeros_like(x)
+    origin = [np.broadcast_to(axis, (len(profile), 3)).T for axis in np.eye(3)]
+    spinor = [
+        [x, y, zero],
+        [y, -x, zero],
+        [-x, y, zero],
+        [-y, -x, zero],
+        [zero, zero, -2.0 * x],
+        [zero, zero, -2.0 * y],
+    ]
+    return np.array([*origin, *spinor]).transpose(0, 2, 1).reshape(9, -1)
 
 
 def disc(sides: int) -> Array:
@@ -128,48 +165,43 @@ def tube_faces(rings: int, sides: int, closed: bool) -> Ints:
     >>> tube_faces(2, 3, closed=False).tolist()
     [[0, 1, 4], [1, 2, 5], [2, 0, 3], [0, 4, 3], [1, 5, 4], [2, 3, 5], [0, 2, 1], [3, 4, 5]]
     """
-    step, cap = _step_faces(sides)
+    step, caps = _step_faces(sides)
     count = rings if closed else rings - 1
     walls = count * len(step)
-    faces = np.empty((walls + (0 if closed else 2 * len(cap)), 3), dtype=np.int64)
-    np.add(step.ravel(), (sides * np.arange(count))[:, None], out=faces[:walls].reshape(count, -1))
+    faces = np.empty((walls if closed else walls + len(caps), 3), dtype=np.int64)  # as trimesh keeps them
+    starts = np.arange(0, count * sides, sides)
+    np.add(step.reshape(-1), starts[:, None], out=faces[:walls].reshape(count, -1))
     if closed:
         faces[walls - len(step) :] %= rings * sides
     else:
-        faces[walls : walls + len(cap)] = cap[:, [0, 2, 1]]
-        faces[walls + len(cap) :] = cap + sides * (rings - 1)
+        faces[walls:] = caps
+        faces[walls + sides - 2 :] += starts[-1] + sides
     return faces
 
 
 @lru_cache(maxsize=64)
 def _step_faces(sides: int) -> tuple[Ints, Ints]:
-    """Return the triangles between the first two rings, and those of a cap: a fan from the first point."""
+    """Return the triangles between the first two rings, and those of both caps on one: fans from the first point."""
     here = np.arange(sides)
     following = np.roll(here, -1)
     lower = np.column_stack([here, following, following + sides])
     upper = np.column_stack([here, following + sides, here + sides])
     cap = np.column_stack([np.zeros(sides - 2, dtype=np.intp), here[1:-1], here[2:]])
-    return np.concatenate([lower, upper]), cap
+    return np.concatenate([lower, upper]), np.concatenate([cap[:, [0, 2, 1]], cap])
 
 
-def _swelling(frames: Frames, sides: int, closed: bool, most: float) -> Array:
+def _swelling(lengths: Array, spans: Array, closed: bool, most: float) -> Array:
     """Return the factor (n,) on each ring's area that makes up for the volume lost to the chords, at most `most`.
 
     Between two rings perpendicular to the tangents t, t' lies the area times v . (t + t') / 2, v the chord. Weighting
     each ring's area by the path it stands for over the sum of these, on both its sides, gives area times length.
-    Where a closed path's holonomy twists the rings by an angle d a step, the diagonals of the walls cut in (or bulge):
-    the section halfway, and with it the volume (the prismatoid formula), changes by a part of -tan(pi / sides) d / 3.
     """
-    origins, tangents, lengths = frames.origins, frames.tangents, frames.lengths
-    steps = np.empty((2, len(lengths) + 1))  # one more at either end: the next one round, or nothing
-    steps[0, 1:-1] = lengths[1:] - lengths[:-1]
-    steps[1, 1:-1] = 0.5 * np.einsum("nd,nd->n", origins[1:] - origins[:-1], tangents[1:] + tangents[:-1])
-    if frames.holonomy:
-        steps[1] *= 1.0 + math.tan(math.pi / sides) / 3.0 * frames.holonomy / lengths[-1] * steps[0]
-    steps[:, 0], steps[:, -1] = (steps[:, -2], steps[:, 1]) if closed else (0.0, 0.0)
+    steps = np.zeros((2, len(lengths) + 2))  # one more at either end: the next one round, or nothing
+    steps[0, 1:-1], steps[1, 1:-1] = lengths, spans
+    if closed:
+        steps[:, 0], steps[:, -1] = steps[:, -2], steps[:, 1]
     wanted, spanned = steps[:, :-1] + steps[:, 1:]
-    factors: Array = wanted / np.clip(spanned, wanted / most, wanted * most)
-    return factors
+    return np.asarray(np.maximum(np.minimum(wanted / spanned, most), 1.0 / most))
 
 
 def _circumradius(sides: int) -> float:

@@ -1,6 +1,6 @@
 """Where along a path the rings of a tube stand: as few as one chord tolerance allows.
 
-Everything is decided on Bézier pieces, from bounds that hold over a whole piece. With q the hodograph (a quadratic
+Everything is decided on cubic parts, from bounds that hold over a whole part. With q the hodograph (a quadratic
 Bézier with poles D0, D1, D2, a third of the velocity), q x q' is a quadratic Bézier too, with poles 2 D0 x D1,
 D0 x D2 and 2 D1 x D2, so it is bounded by its poles; and |q| is at least its smallest component along a direction.
 """
@@ -12,98 +12,120 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cadfit import bezier
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
-from cadfit.sweeping.frames import SMOOTH
+from cadfit.sweeping.frames import SLOW, SMOOTH, first_moving, limits, norms
 
 STEEPEST = np.pi / 4  # the most a ring may turn against the next, radians
-_FEW = 6.0  # a piece that needs no more parts than this is cut at once
+_FEW = 6  # a part that needs no more rings than this is given them at once
+_SPARE = 0.1  # as are the last parts when they need no more than this share of the rings
+_MANY = 8  # the most parts that a part is cut into before it is looked at again
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes after and before x, y and z
+_TINY = 1e-100  # in place of zero under a fraction; its cube is a number still
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """A path cut into Bézier pieces (m, 4, 3), of which piece k runs from `starts[k]` to `starts[k] + widths[k]`."""
+    """Cubic parts of a path, m of them, with upper bounds on each one's length and curvature.
 
-    pieces: Array
+    `origins` (3, m) is where they start; `legs` (leg, axis, part), (3, 3, m), lead from Bézier pole to pole. Part k
+    runs over the parameters from `starts[k]` to `starts[k] + widths[k]`. A curvature is infinite where the part may
+    stand still. A k-th of a part has a bound on the length of at most a k-th, and on the curvature no larger.
+    """
+
+    origins: Array
+    legs: Array
     starts: Array
     widths: Array
+    lengths: Array
+    curvatures: Array
 
     def __len__(self) -> int:
-        return len(self.pieces)
+        return len(self.starts)
 
     def __getitem__(self, which: Ints | NDArray[np.bool_]) -> Chain:
-        return Chain(self.pieces[which], self.starts[which], self.widths[which])
+        return Chain(*(getattr(self, name)[..., which] for name in self.__slots__))
 
 
 def chain(path: BSpline) -> Chain:
-    """Return the path's own Bézier pieces, one a knot span.
+    """Return the parts of a path in three dimensions, one a knot span, but for the spans that are one point.
+
+    Raises ValueError for a path that never moves.
 
     >>> len(chain(BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])))
     1
     """
     knots = path.distinct_knots
-    return Chain(path.pieces(), knots[:-1], np.diff(knots))
+    poles = np.ascontiguousarray(path.pieces().transpose(1, 2, 0))
+    whole = _bounded(poles[0], poles[1:] - poles[:-1], knots[:-1], knots[1:] - knots[:-1])
+    longest = whole.lengths.max()
+    if longest == 0.0:
+        raise ValueError("the path never moves: all its poles are one point")
+    moves = whole.lengths > 1e-12 * longest
+    return whole if moves.all() else whole[moves]
 
 
-def stationed(whole: Chain, radius: float, tolerance: float) -> Chain:
-    """Return a path cut where the rings of a tube are to stand.
+def stationed(whole: Chain, radius: float, tolerance: float) -> tuple[Array, Array]:
+    """Return the points and the unit tangents (3, n) of a path where the rings of a tube are to stand, both ends too.
 
     Between two rings the centre line and the outermost fibre of a tube of that radius stray from their chords by at
-    most `tolerance`: with l the piece's length and k its largest curvature, both bounded from above, by
-    (1 + k radius) k l^2 / 8. No ring turns more than 45 degrees against the next. A straight span is one piece.
-    Pieces shorter than a thousandth of the tolerance, as next to a cusp, are not cut further, and pieces that are one
-    point are left out. The number of pieces grows as the square root of 1 / tolerance.
+    most `tolerance`: with l a part's length and k its largest curvature, both bounded from above, by
+    (1 + k radius) k l^2 / 8. No ring turns more than 45 degrees against the next. A straight span is one step.
+    Parts shorter than a thousandth of the tolerance, as next to a cusp, are not cut further. The number of rings grows
+    as the square root of 1 / tolerance.
 
     >>> straight = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
-    >>> len(stationed(chain(straight), 1.0, 1e-6))
-    1
+    >>> stationed(chain(straight), 1.0, 1e-6)[0]
+    array([[0., 9.],
+           [0., 0.],
+           [0., 0.]])
     """
-    todo, done = whole, []
-    while len(todo):
-        length, curvature = _bounds(todo.pieces)
-        turn = length * curvature
-        needed = np.maximum(np.sqrt((length + radius * turn) * turn / (8.0 * tolerance)), turn / STEEPEST)
-        needed[length <= 1e-3 * tolerance] = 1.0
-        # The bounds of a long piece are loose: it is halved and looked at again.
-        few = needed <= _FEW
-        counts = np.maximum(np.ceil(needed[few] - 1e-9), 1.0).astype(np.intp)
-        done.append(_cut(todo[few], counts))
-        todo = _cut(todo[~few], np.full(len(todo) - len(counts), 2))
-    every = done[0]
+    todo, done, total = whole, [], 0.0
+    while True:
+        turns = todo.lengths * todo.curvatures
+        needed = np.maximum(np.sqrt((todo.lengths + radius * turns) * turns / (8.0 * tolerance)), turns / STEEPEST)
+        needed[todo.lengths <= 1e-3 * tolerance] = 1.0
+        counts = np.maximum(np.ceil(needed - 1e-9), 1.0)
+        # A part that does not bend evenly gets more rings than it needs: it is cut and looked at again, unless they are
+        # few, its own or among all.
+        uneven = counts > _FEW
+        if uneven.any():
+            uneven &= todo.curvatures > 1.5 * _bends(todo).min(axis=0)
+        if counts[uneven].sum() <= _SPARE * (total + counts.sum()) < np.inf:
+            done.append((todo, counts))
+            break
+        done.append((todo[~uneven], counts[~uneven]))
+        total += counts[~uneven].sum()
+        todo = _cut(todo[uneven], np.clip(counts[uneven] / _FEW, 2, _MANY).astype(np.intp))
     if len(done) > 1:
-        parts = ([c.pieces for c in done], [c.starts for c in done], [c.widths for c in done])
-        every = Chain(*(np.concatenate(part) for part in parts))
-        every = every[np.argsort(every.starts, kind="stable")]
-    legs = np.abs(every.pieces[:, 1:] - every.pieces[:, :-1]).max(axis=(1, 2))
-    apart = legs > 1e-12 * legs.max()
-    return every if apart.all() else every[apart]
+        every = (np.concatenate([getattr(part, name) for part, _ in done], axis=-1) for name in Chain.__slots__)
+        todo, counts = Chain(*every), np.concatenate([counts for _, counts in done])
+        order = np.argsort(todo.starts, kind="stable")
+        todo, counts = todo[order], counts[order]
+    return _placed(todo, counts.astype(np.intp))
 
 
 def tightest(whole: Chain, limit: float) -> tuple[float, float]:
     """Return the parameter and the radius of a path's tightest bend, (nan, inf) where none is as tight as `limit`.
 
-    Branch and bound over the pieces; the radius is right to 0.1 %, and 0.0 at a cusp inside a piece.
+    Branch and bound over the parts; the radius is right to 0.1 %, and 0.0 at a cusp inside a part.
 
     >>> straight = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> tightest(chain(straight), 5.0)
     (nan, inf)
     """
     where, sharpest = np.nan, (1.0 - 1e-9) / limit
-    smallest = 1e-9 * float(np.ptp(whole.pieces, axis=(0, 1)).max())
     todo = whole
-    while len(todo):
-        length, bound = _bounds(todo.pieces)
-        candidates = bound > 1.001 * sharpest
-        tiny = candidates & (length <= smallest)
+    while (candidates := todo.curvatures > 1.001 * sharpest).any():
+        todo = todo[candidates]
+        tiny = todo.lengths <= 1e-9 * whole.lengths.max()
         if tiny.any():
             return float(todo.starts[tiny][0]), 0.0
-        todo = todo[candidates]
-        if len(todo):
-            at, curvature = _sampled(todo)
-            if curvature.max() >= sharpest:
-                where, sharpest = float(at[curvature.argmax()]), float(curvature.max())
-            todo = _cut(todo, np.full(len(todo), 2))
+        bends = _bends(todo)
+        if bends.max() >= sharpest:
+            end, part = np.unravel_index(bends.argmax(), bends.shape)
+            where, sharpest = float(todo.starts[part] + end * todo.widths[part]), float(bends[end, part])
+        todo = _cut(todo, np.full(len(todo), 2))
     return where, (np.inf if np.isnan(where) else 1.0 / sharpest)
 
 
@@ -116,75 +138,120 @@ def breaks(whole: Chain, closed: bool) -> tuple[Array, Array]:
     >>> breaks(chain(BSpline(bent, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2])), closed=False)
     (array([1.]), array([1.57079633]))
     """
-    pieces = whole.pieces
-    leaving = np.roll(pieces, -1, axis=0)
-    cosines, sines = _angle(pieces[:, 3] - pieces[:, 2], leaving[:, 1] - leaving[:, 0])
-    suspect = sines >= SMOOTH * cosines  # so is a joint where either is zero
+    first, _, last = whole.legs
+    following = np.concatenate([first[:, 1:], first[:, :1]], axis=1)
+    cosines = _dots(last, following)
+    # cos |cos|, times the squares of the lengths, tells which joints to look at closely: all but a few are smooth.
+    suspect = cosines * np.abs(cosines) <= (1.0 - 0.25 * SMOOTH**2) * (_dots(last, last) * _dots(following, following))
     suspect[-1] &= closed
+    if not suspect.any():
+        return np.empty(0), np.empty(0)
     at = np.flatnonzero(suspect)
-    cosines, sines = _angle(_end_direction(pieces[at, ::-1]), -_end_direction(leaving[at]))
-    angles = np.arctan2(sines, cosines)
+    before, after = whole.legs[:, :, at], whole.legs[:, :, (at + 1) % len(whole)]
+    arriving = first_moving(before[2], before[2] + before[1], before.sum(axis=0))
+    leaving = first_moving(after[0], after[0] + after[1], after.sum(axis=0))
+    angles = np.arctan2(norms(_cross(arriving, leaving)), _dots(arriving, leaving))
     broken = angles > SMOOTH
     return (whole.starts[at] + whole.widths[at])[broken], angles[broken]
 
 
-def _angle(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return cosine and sine of the angles between rows, both times the lengths."""
-    return np.einsum("nd,nd->n", a, b), np.sqrt(np.square(_cross(a.T, b.T)).sum(axis=0))
+def _dots(a: Array, b: Array) -> Array:
+    """Return the dot products (..., n) of vectors (..., 3, n)."""
+    return np.asarray(np.einsum("...dn,...dn->...n", a, b))
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return the cross products (3, n) of vectors (3, n)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    """Return the cross products (..., 3, n) of vectors (..., 3, n)."""
+    a_next, b_next = a.take(_NEXT, axis=-2), b.take(_NEXT, axis=-2)
+    a_last, b_last = a.take(_LAST, axis=-2), b.take(_LAST, axis=-2)
+    return np.asarray(a_next * b_last - a_last * b_next)
 
 
-def _bounds(pieces: Array) -> tuple[Array, Array]:
-    """Return upper bounds on the length and on the curvature of every piece; infinite where it may stand still.
+def _bounded(origins: Array, legs: Array, starts: Array, widths: Array) -> Chain:
+    """Return these parts with the bounds on their lengths and curvatures."""
+    longest = np.sqrt(_dots(legs, legs).max(axis=0))
+    crossed = _cross(legs.take([0, 0, 1], axis=0), legs.take([1, 2, 2], axis=0))
+    crossed[::2] *= 2.0
+    turning = np.sqrt(_dots(crossed, crossed).max(axis=0))
+    along = _dots(legs, legs.sum(axis=0))
+    slowest = along.min(axis=0) / np.sqrt(along.sum(axis=0) + _TINY)
+    curvatures = turning / (3.0 * np.maximum(slowest, 1e-3 * longest + _TINY) ** 3)
+    slow = slowest <= 1e-3 * longest
+    if slow.any():
+        # Straight up to rounding, and never back, is straight, even where it starts from rest.
+        straight = (turning <= 1e-14 * longest**2) & (slowest >= -1e-14 * longest)
+        curvatures[slow] = np.where(straight, 0.0, np.inf)[slow]
+    return Chain(origins, legs, starts, widths, 3.0 * longest, curvatures)
 
-    A part of a k-th of a piece's width has a bound on the length at most a k-th, and on the curvature no larger.
+
+def _bends(parts: Chain) -> Array:
+    """Return the curvatures (2, m) at the start and the end of every part, zero where it stands still."""
+    ends = parts.legs[::2]
+    speeds = np.sqrt(_dots(ends, ends))
+    crossed = _cross(parts.legs[:2], parts.legs[1:])
+    turning = np.sqrt(_dots(crossed, crossed))
+    moving = speeds > SLOW * speeds.max()
+    return np.where(moving, 2.0 / 3.0 * turning / np.where(moving, speeds, 1.0) ** 3, 0.0)
+
+
+def _shared(counts: Ints, ends: int = 0) -> tuple[Ints, Array]:
+    """Return the part, and the fraction of it, at which each one begins when every part is cut into so many.
+
+    With `ends` = 1 the end of the last one comes after these.
+
+    >>> _shared(np.array([1, 2]), ends=1)
+    (array([0, 1, 1, 1]), array([0. , 0. , 0.5, 1. ]))
     """
-    d = np.ascontiguousarray((pieces[:, 1:] - pieces[:, :-1]).transpose(1, 2, 0))  # (leg, axis, piece)
-    longest = np.sqrt(np.einsum("kdm,kdm->km", d, d).max(axis=0))
-    crossed = [2.0 * _cross(d[0], d[1]), _cross(d[0], d[2]), 2.0 * _cross(d[1], d[2])]
-    turning = np.sqrt(np.maximum.reduce([np.einsum("dm,dm->m", c, c) for c in crossed]))
-    middle = d[0] + d[1] + d[2]
-    sizes = np.sqrt(np.einsum("dm,dm->m", middle, middle))
-    slowest = np.einsum("kdm,dm->km", d, middle).min(axis=0) / np.where(sizes > 0.0, sizes, 1.0)
-    safe = slowest > 1e-3 * longest
-    curvature = np.where(safe, turning / (3.0 * np.where(safe, slowest, 1.0) ** 3), np.inf)
-    # Straight up to rounding, and never back, is straight, even where it starts from rest.
-    curvature[(turning <= 1e-14 * longest**2) & (slowest >= -1e-14 * longest)] = 0.0
-    return 3.0 * longest, curvature
+    repeats = counts.copy()
+    repeats[-1] += ends
+    owner = np.repeat(np.arange(len(counts)), repeats)
+    within = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
+    return owner, within / counts[owner]
 
 
-def _sampled(chain: Chain) -> tuple[Array, Array]:
-    """Return the curvature at the start, the middle and the end of every piece, zero where it stands still."""
-    left, right = bezier.split(chain.pieces)
-    first = np.stack([left[:, 1] - left[:, 0], left[:, 3] - left[:, 2], right[:, 3] - right[:, 2]])
-    second = np.stack([left[:, 2] - left[:, 1], left[:, 2] - left[:, 1], right[:, 2] - right[:, 1]])
-    speed = np.linalg.norm(first, axis=2)
-    moving = speed > 1e-9 * speed.max()
-    area = np.linalg.norm(np.cross(first, second), axis=2)
-    curvature = np.where(moving, 2.0 / 3.0 * area / np.where(moving, speed, 1.0) ** 3, 0.0)
-    at = chain.starts + np.array([[0.0], [0.5], [1.0]]) * chain.widths
-    return at.ravel(), curvature.ravel()
+def _cut(parts: Chain, counts: Ints) -> Chain:
+    """Return every part in so many of equal width."""
+    owner, t = _shared(counts)
+    share = 1.0 / counts[owner]
+    # The polar form of the hodograph at (t, t), (t, t + share) and (t + share, t + share); with (0, 0) and (0, t) it
+    # gives the way to t as well.
+    legs = parts.legs[:, :, owner]
+    rise = legs[1:] - legs[:-1]
+    here, there = legs[:-1] + t * rise, legs[:-1] + (t + share) * rise
+    slope = here[1] - here[0]
+    leaving = here[0] + t * slope
+    arriving = there[0] + (t + share) * (there[1] - there[0])
+    origins = parts.origins[:, owner] + t * (legs[0] + here[0] + leaving)
+    widths = parts.widths[owner]
+    inner = np.stack([leaving, leaving + share * slope, arriving])
+    return _bounded(origins, share * inner, parts.starts[owner] + t * widths, share * widths)
 
 
-def _cut(chain: Chain, counts: Ints) -> Chain:
-    """Return every piece in so many parts of equal width."""
-    if counts.max(initial=1) == 1:
-        return chain
-    owner = np.repeat(np.arange(len(chain)), counts)
-    count = counts[owner]
-    part = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
-    widths = chain.widths[owner] / count
-    pieces = bezier.restrict(chain.pieces[owner], part / count, (part + 1) / count)
-    return Chain(pieces, chain.starts[owner] + part * widths, widths)
-
-
-def _end_direction(pieces: Array) -> Array:
-    """Return the direction (k, 3) to each piece's first pole from the next pole that is not there as well."""
-    offsets = pieces[:, :1] - pieces[:, 1:]
-    sizes = np.linalg.norm(offsets, axis=2)
-    apart = sizes > 1e-12 * sizes.max(axis=1, keepdims=True)
-    return np.asarray(offsets[np.arange(len(offsets)), apart.argmax(axis=1)])
+def _placed(parts: Chain, counts: Ints) -> tuple[Array, Array]:
+    """Return the points and the unit tangents where so many rings a part stand, and at the end."""
+    owner, t = _shared(counts, ends=1)
+    d0, d1, d2 = parts.legs
+    bend = d1 - d0
+    powers = np.stack([parts.origins, 3.0 * d0, 3.0 * bend, d2 - d1 - bend])
+    # Horner's rule for the value and the derivative in one, in place.
+    points, line, square, velocities = powers.take(owner, axis=2)
+    velocities *= t
+    square += velocities
+    velocities += square
+    square *= t
+    line += square
+    velocities *= t
+    velocities += line
+    line *= t
+    points += line
+    speeds = norms(velocities)
+    if speeds.min() <= SLOW * speeds.max():
+        steps, ends = owner[:-1], t[1:] == 0.0
+        ends[-1] = True
+        share = 1.0 / counts[steps]
+        leaving = share / 3.0 * velocities[:, :-1]
+        arriving = share * np.where(ends, d2[:, steps], velocities[:, 1:] / 3.0)
+        velocities = limits(leaving, arriving, points[:, 1:] - points[:, :-1], points)
+        speeds = norms(velocities)
+    velocities /= speeds
+    return points, velocities
