@@ -18,7 +18,7 @@ from cadfit.points.parametrize import Parametrization, parametrize
 # one. On evenly sampled curves the two differ by less (4 % at 12 points a turn), so nothing is lost there; on rough
 # points 0.1 keeps the bulge over any chord below a quarter of its length (five points alone: up to 4 times its length).
 _TRUST = 0.1
-_BLOCK = 1 << 12  # points: small enough for the cache, and for memory that is handed back and reused
+_BLOCK = 2560  # points: small enough for the cache, and for memory that is handed back and reused
 
 
 def local_spline(points: ArrayLike, closed: bool = False, parametrization: Parametrization = "centripetal") -> BSpline:
@@ -154,7 +154,7 @@ def _open_spline(points: Array, u: Array, trust: float) -> BSpline:
         inner = slice(start - rows.start, stop - rows.start)
         around = spans[start - 1 : stop - 1], spans[start:stop]
         triples = point_triples(points[start:stop].T, first[:, inner], second[:, inner], *around)
-        poles[3 * start - 1 : 3 * stop - 1] = triples
+        poles[3 * start - 1 : 3 * stop - 1].reshape(triples.shape)[:] = triples
         if rows.start == 0:
             poles[1] = points[0] + spans[0] / 3.0 * first[:, 0]
         if rows.stop == n:
@@ -178,6 +178,6 @@ def _closed_spline(points: Array, u: Array, trust: float) -> BSpline:
     before, after = spans[around - 1], spans[around]
     for rows, first, second in _derivative_blocks(points[around], steps[around[:-1]], trust):
         triples = point_triples(points[around[rows]].T, first, second, before[rows], after[rows])
-        poles[3 * rows.start : 3 * rows.stop] = triples
+        poles[3 * rows.start : 3 * rows.stop].reshape(triples.shape)[:] = triples
     knots = np.append((u[:-1, None] + spans[:, None] * np.arange(3.0)).ravel(), u[-1])
     return periodic(poles[13 : 13 + 3 * n], knots)  # from the first point's middle pole on
