@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints, restrict, split
-from cadfit.bspline import BSpline
+from cadfit.bspline import BSpline, own
 from cadfit.fitting.matching import blocks, distances, match
 from cadfit.joining import join
 from cadfit.points.clean import as_contour
@@ -59,7 +59,7 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     if given.shape[1] != d:
         raise ValueError(f"the points have {given.shape[1]} coordinates, the curve {d}")
     origin = given.mean(axis=0)  # at large offsets rounding would drown the distances
-    spline, given = BSpline(spline.poles - origin, spline.knots), given - origin
+    spline, given = BSpline(own(spline.poles - origin), spline.knots), given - origin
     if not closed:
         return _bounds(spline, given, match(spline, given))
     if np.linalg.norm(spline.poles[0] - spline.poles[-1]) > 1e-9 * spline.size:
@@ -143,6 +143,8 @@ def _chord_bounds(spline: BSpline, knots: Array, points: Array, u: Array) -> Arr
         at = u[ends]
         first, stop = _knots_inside(knots, at[:-1], at[1:])
         whole = (first == stop) & ~np.isin(at[1:], multiple)
+        if not whole.any():
+            continue
         second = spline.derivative(at, 2)
         bend = np.sqrt(np.einsum("kd,kd->k", second, second)) / 6.0
         gap = distances(spline, points[ends], at)

@@ -183,15 +183,19 @@ def best_order(points: Array, samples: Array) -> tuple[Ints, Array]:
 def _squares(points: Array, samples: Array) -> tuple[Array, Array]:
     """Return the squared distances (n, m - 1) of points to the segments of a polyline, and the places on them."""
     centre = samples.mean(axis=0)
-    points, samples = points - centre, samples - centre
-    starts, along = samples[:-1], np.diff(samples, axis=0)
+    points, starts, along = points - centre, samples[:-1] - centre, np.diff(samples, axis=0)
     length = np.einsum("md,md->m", along, along)
-    place = points @ along.T
-    place -= np.einsum("md,md->m", starts, along)
-    offset = np.einsum("nd,nd->n", points, points)[:, None] - 2.0 * (points @ starts.T)
-    offset += np.einsum("md,md->m", starts, starts)
-    ratio = np.clip(np.divide(place, length, out=np.zeros_like(place), where=length > 0), 0.0, 1.0)
-    return np.maximum(offset + ratio * (ratio * length - 2.0 * place), 0.0), ratio
+    scale = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0)
+    from_start, at_start = np.einsum("md,md->m", starts, along), np.einsum("md,md->m", starts, starts)
+    square, ratio = np.empty((2, len(points), len(along)))
+    step = max(1, (1 << 17) // len(along))  # rows at a time: they pass through the cache
+    for rows in (slice(start, start + step) for start in range(0, len(points), step)):
+        some = points[rows]
+        place = some @ along.T - from_start
+        part = np.clip(place * scale, 0.0, 1.0, out=ratio[rows])
+        offset = np.einsum("nd,nd->n", some, some)[:, None] - 2.0 * (some @ starts.T) + at_start
+        np.maximum(offset + part * (part * length - 2.0 * place), 0.0, out=square[rows])
+    return square, ratio
 
 
 def _feet(spline: BSpline, points: Array, u: Array) -> Array:
