@@ -273,3 +273,24 @@ def test_best_order_is_the_optimum_of_all_orders():
 def test_largest_between_is_exact_for_a_parabola():
     arc = cadfit.BSpline([[0, 0], [1, 1], [2, 1], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     assert largest_between(arc, np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([0.0, 1.0]), 0.0) == pytest.approx(0.75)
+
+
+def test_what_joining_moves_is_counted():
+    """Joints may be open by 1e-9 of the size; the pole moved there must not make the bound too small."""
+    gap = 5e-10
+    before = cadfit.interpolate([[0, 0], [1, 0]])
+    after = cadfit.interpolate([[1, gap], [2, gap]])
+    found = cadfit.deviation([before, after], [[0, 0], [0.99, 1e-9], [2, gap]])
+    assert 1e-9 <= found.points <= 1e-9 + 2 * gap  # from the curve as given, 1e-9
+
+
+def test_the_same_where_a_closed_curve_is_started_elsewhere():
+    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = cadfit.local_spline(np.column_stack([np.cos(turn), np.sin(turn)]), closed=True)
+    poles = ring.poles.copy()
+    poles[-1] += [1e-9, 0]
+    given = cadfit.BSpline(poles, ring.knots)
+    points = np.roll(ring(ring.distinct_knots[:-1:3]), -4, axis=0)
+    exact, moved = (cadfit.deviation(curve, points, closed=True) for curve in (ring, given))
+    assert exact.points + 1e-9 <= moved.points + 1e-13
+    assert moved.points <= 2.1e-9

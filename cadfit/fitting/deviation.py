@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,7 +54,9 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     >>> far.points < 1e-12, round(far.between, 3)
     (True, 0.75)
     """
-    spline = join(curves)
+    chain = [curves] if isinstance(curves, BSpline) else list(curves)
+    spline = join(chain)
+    opening = max((_gap(a, b) for a, b in pairwise(chain)), default=0.0)  # joining moves the curve by that much at most
     given = as_contour(points, closed)
     d = spline.poles.shape[1]
     if given.shape[1] != d:
@@ -61,14 +64,15 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     origin = given.mean(axis=0)  # at large offsets rounding would drown the distances
     spline, given = BSpline(own(spline.poles - origin), spline.knots), given - origin
     if not closed:
-        return _bounds(spline, given, match(spline, given))
-    if np.linalg.norm(spline.poles[0] - spline.poles[-1]) > 1e-9 * spline.size:
+        return _bounds(spline, given, match(spline, given), opening)
+    seam = _gap(spline, spline)
+    if seam > 1e-9 * spline.size:
         raise ValueError("closed=True needs a curve that ends where it starts")
     spline = _started_at(spline, given[0])
     contour = np.concatenate([given, given[:1]])
     u = match(spline, contour).copy()
     u[0], u[-1] = spline.domain
-    return _bounds(spline, contour, u, repeated=1)
+    return _bounds(spline, contour, u, opening + seam, repeated=1)
 
 
 def _started_at(spline: BSpline, point: Array) -> BSpline:
@@ -83,16 +87,23 @@ def _started_at(spline: BSpline, point: Array) -> BSpline:
     return join([right, left])
 
 
-def _bounds(spline: BSpline, points: Array, u: Array, repeated: int = 0) -> Deviation:
-    """Put the deviation together; the last `repeated` points stand for the first, closing the contour."""
+def _gap(before: BSpline, after: BSpline) -> float:
+    return float(np.linalg.norm(after.poles[0] - before.poles[-1]))
+
+
+def _bounds(spline: BSpline, points: Array, u: Array, moved: float, repeated: int = 0) -> Deviation:
+    """Put the deviation together, for a curve that was moved by up to `moved`.
+
+    The last `repeated` points stand for the first, closing the contour.
+    """
     gap = distances(spline, points, u)
     rounding = 16 * float(np.finfo(np.float64).eps) * float(max(np.abs(spline.poles).max(), np.abs(points).max()))
     between = largest_between(spline, points, u, rounding)
     own = gap[: len(gap) - repeated]
     return Deviation(
-        points=float(gap.max() + rounding),
-        between=float(between + rounding),
-        rms=float(np.sqrt(np.mean(own**2)) + rounding),
+        points=float(gap.max() + rounding + moved),
+        between=float(between + rounding + moved),
+        rms=float(np.sqrt(np.mean(own**2)) + rounding + moved),
         worst=int(np.argmax(own)),
     )
 
