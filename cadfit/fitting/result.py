@@ -1,0 +1,55 @@
+"""What a fit is: the curves, how far they are from the points, and what was done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cadfit.bezier import Array, Ints
+from cadfit.bspline import BSpline
+from cadfit.fitting.deviation import Deviation
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Fit:
+    """Curves fitted to points: C2 splines with simple interior knots, joined end to end to the last bit.
+
+    `curves`: one for each stretch between corners, their parameters running on from one to the next. `deviation`:
+    certified upper bounds, in the caller's unit. `tolerance`: what was asked for; None where the number of poles was.
+    `closed`: the last curve ends where the first starts. `points` (n, d): the points used. `parameters` (n,): their
+    places on the curves; where closed, they start again at the start of the first curve where the points pass it.
+    `corners`: rows of `points`, rising, where the curve may turn sharply; each lies on the curve exactly. `cleaned`:
+    the caller's rows that repeated the row before them and were dropped.
+    """
+
+    curves: tuple[BSpline, ...]
+    deviation: Deviation
+    tolerance: float | None
+    closed: bool
+    points: Array
+    parameters: Array
+    corners: Ints
+    cleaned: Ints
+
+    def __repr__(self) -> str:
+        far = max(self.deviation.points, self.deviation.between)
+        kind = "closed" if self.closed else "open"
+        curves = f"{len(self.curves)} curve{'s'[: len(self.curves) > 1]}"
+        return f"Fit({kind}, {curves}, {self.poles} poles for {len(self.points)} points, deviation {far:.3g})"
+
+    @property
+    def poles(self) -> int:
+        """The number of poles of all curves, each curve's ends counted with it."""
+        return sum(len(curve.poles) for curve in self.curves)
+
+    @property
+    def spline(self) -> BSpline:
+        """The one curve.
+
+        Raises ValueError when corners made several: see `curves`, or `cadfit.join`, which makes one with triple knots.
+        """
+        if len(self.curves) > 1:
+            raise ValueError(
+                f"the fit has {len(self.curves)} curves, split at {len(self.corners)} corners: use .curves, "
+                "cadfit.join(fit.curves), or corners=None"
+            )
+        return self.curves[0]
