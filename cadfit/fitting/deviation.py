@@ -64,7 +64,8 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     origin = given.mean(axis=0)  # at large offsets rounding would drown the distances
     spline, given = BSpline(own(spline.poles - origin), spline.knots), given - origin
     if not closed:
-        return _bounds(spline, given, match(spline, given), opening)
+        u = match(spline, given)
+        return _bounds(spline, given, u, np.concatenate([[spline.domain[0]], u[1:-1], [spline.domain[1]]]), opening)
     seam = _gap(spline, spline)
     if seam > 1e-9 * spline.size:
         raise ValueError("closed=True needs a curve that ends where it starts")
@@ -72,7 +73,50 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     contour = np.concatenate([given, given[:1]])
     u = match(spline, contour).copy()
     u[0], u[-1] = spline.domain
-    return _bounds(spline, contour, u, opening + seam, repeated=1)
+    return _bounds(spline, contour, u, u, opening + seam, repeated=1)
+
+
+def deviation_at(curves: Sequence[BSpline], points: Array, u: Array, closed: bool) -> Deviation:
+    """Return `deviation` for points (n, d) whose parameters u (n,) are known, and rise; with `closed`, but for a step.
+
+    The bounds hold for any parameters; they are tight where these are the nearest places. `curves` are joined to the
+    last bit, closed ones at the seam, too; their parameters run on from one to the next. Open ends are points.
+    """
+    origin = points.mean(axis=0)
+    spline = join(curves)
+    spline, points = BSpline(own(spline.poles - origin), spline.knots), points - origin
+    if not closed:
+        return _bounds(spline, points, u, u, 0.0)
+    spline, points, u = unrolled(spline, points, u)
+    return _bounds(spline, points, u, u, 0.0, repeated=1)
+
+
+def unrolled(spline: BSpline, points: Array, u: Array) -> tuple[BSpline, Array, Array]:
+    """Return two rounds of the closed curve, the points (n + 1, d) back to the first, and rising parameters."""
+    period = spline.domain[1] - spline.domain[0]
+    on = np.where(u < u[0], u + period, u)
+    return join([spline, spline]), np.concatenate([points, points[:1]]), np.append(on, u[0] + period)
+
+
+def straying_chords(spline: BSpline, points: Array, u: Array, room: Array) -> Ints:
+    """Return the chords whose part of the curve is not certain to stay within their room (n - 1,).
+
+    `points` (n, d), `u` (n,) not falling; the part of chord i runs from u[i] to u[i + 1].
+    """
+    knots = spline.distinct_knots
+    unsure = np.flatnonzero(_chord_bounds(spline, knots, points, u) > room)
+    strays = np.zeros(len(room), dtype=bool)
+    for rows in blocks(len(unsure)):
+        pieces, length, chord = _pieces_over(spline, knots, points, u, unsure[rows])
+        for _ in range(30):
+            ends, upper = _segment_bounds(pieces, length)
+            strays[chord[ends.max(axis=0) > room[chord]]] = True
+            keep = (upper > room[chord]) & ~strays[chord]
+            pieces, length, chord = _halves(pieces[:, :, keep]), np.tile(length[keep], 2), np.tile(chord[keep], 2)
+            if not keep.any() or len(chord) > _MOST_CELLS:
+                break
+        strays[chord] = True
+    return np.flatnonzero(strays)
 
 
 def _started_at(spline: BSpline, point: Array) -> BSpline:
@@ -91,14 +135,14 @@ def _gap(before: BSpline, after: BSpline) -> float:
     return float(np.linalg.norm(after.poles[0] - before.poles[-1]))
 
 
-def _bounds(spline: BSpline, points: Array, u: Array, moved: float, repeated: int = 0) -> Deviation:
-    """Put the deviation together, for a curve that was moved by up to `moved`.
+def _bounds(spline: BSpline, points: Array, u: Array, ends: Array, moved: float, repeated: int = 0) -> Deviation:
+    """Put the deviation together for points at u (n,) with chords from ends[i] to ends[i + 1].
 
-    The last `repeated` points stand for the first, closing the contour.
+    The curve was moved by up to `moved`. The last `repeated` points stand for the first, closing the contour.
     """
     gap = distances(spline, points, u)
     rounding = 16 * float(np.finfo(np.float64).eps) * float(max(np.abs(spline.poles).max(), np.abs(points).max()))
-    between = largest_between(spline, points, u, rounding)
+    between = largest_between(spline, points, ends, rounding)
     own = gap[: len(gap) - repeated]
     return Deviation(
         points=float(gap.max() + rounding + moved),
@@ -111,15 +155,12 @@ def _bounds(spline: BSpline, points: Array, u: Array, moved: float, repeated: in
 def largest_between(spline: BSpline, points: Array, u: Array, floor: float) -> float:
     """Return an upper bound on the distance from the curve between u[i] and u[i + 1] to the segment of points i, i + 1.
 
-    `points` (n, d), `u` (n,) not falling. The bound is within 0.05 % (or `floor`) of a distance that occurs. What lies
-    before u[0] and after u[-1] counts to the first and the last segment.
+    `points` (n, d), `u` (n,) not falling. The bound is within 0.05 % (or `floor`) of a distance that occurs.
 
     >>> arc = BSpline([[0.0, 0.0], [1, 1], [2, 1], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> round(largest_between(arc, np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([0.0, 1.0]), 0.0), 3)
     0.75
     """
-    u = u.copy()
-    u[0], u[-1] = spline.domain
     knots = spline.distinct_knots
     upper = _chord_bounds(spline, knots, points, u)
     order = np.argsort(-upper)
@@ -130,7 +171,8 @@ def largest_between(spline: BSpline, points: Array, u: Array, floor: float) -> f
         if rest <= occurs * (1.0 + _TIGHT) + floor:
             return max(bound, rest)
         chords = np.sort(order[start : start + count])
-        occurs, chords_bound = _refined(*_pieces_over(spline, knots, points, u, chords), occurs, floor)
+        pieces, length, _ = _pieces_over(spline, knots, points, u, chords)
+        occurs, chords_bound = _refined(pieces, length, occurs, floor)
         bound = max(bound, chords_bound)
         start, count = start + count, 1 << 12  # as many as fit the cache
     return bound
@@ -200,8 +242,8 @@ def _refined(pieces: Array, length: Array, occurs: float, floor: float) -> tuple
     return occurs, max(bound, float(upper[keep].max(initial=0.0)))
 
 
-def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords: Ints) -> tuple[Array, Array]:
-    """Return the Bézier pieces (4, 1 + d, k) of the curve over some chords, seen from these, and their lengths (k,).
+def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords: Ints) -> tuple[Array, Array, Ints]:
+    """Return the Bézier pieces (4, 1 + d, k) of the curve over some chords, seen from these; their lengths; the chords.
 
     Seen from a chord: the first coordinate runs along it from its start, the others are what is across. The pieces
     stand in the last place: long rows are what numpy is quick at.
@@ -229,7 +271,7 @@ def _pieces_over(spline: BSpline, knots: Array, points: Array, u: Array, chords:
     np.subtract(pieces, here, out=seen[:, 1:])
     seen[:, 0] = np.einsum("pdk,dk->pk", seen[:, 1:], direction)
     seen[:, 1:] -= seen[:, :1] * direction
-    return seen, length
+    return seen, length, chord
 
 
 def _halves(pieces: Array) -> Array:
