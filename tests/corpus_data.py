@@ -43,13 +43,24 @@ def _corpus():
     return module
 
 
-def curves(per_family=3, max_points=2000):
+ABSENT = f"no corpus at {FOLDER} (CADFIT_CORPUS names another place)"
+PRESENT = (FOLDER / "corpus.py").is_file()
+
+
+def with_corners(*families):
+    """The corpus' curves of these families whose corners are known, and the rows of those."""
+    if not PRESENT:
+        pytest.skip(ABSENT)
+    members = [curve for family in families for curve in _corpus().load(family=family)]
+    return [(curve, np.array(curve.meta["corners"], dtype=int)) for curve in members if "corners" in curve.meta]
+
+
+def curves(per_family=3, max_points=2000, families=None):
     """Parameters for pytest: `per_family` cleaned real curves of each family; without a corpus, one that is skipped."""
-    if not (FOLDER / "corpus.py").is_file():
-        reason = f"no corpus at {FOLDER} (CADFIT_CORPUS names another place)"
-        return [pytest.param(None, id="corpus", marks=pytest.mark.skip(reason=reason))]
+    if not PRESENT:
+        return [pytest.param(None, id="corpus", marks=pytest.mark.skip(reason=ABSENT))]
     found = []
-    for family in _corpus().families():
+    for family in families or _corpus().families():
         members = _corpus().load(family=family, max_points=max_points)
         for k in np.unique(np.linspace(0, len(members) - 1, min(per_family, len(members))).astype(int)):
             cleaned = clean(members[k].points, closed=members[k].closed)
