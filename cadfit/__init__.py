@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from cadfit.files import Curves as Curves
     from cadfit.files import read as read
     from cadfit.files import write as write
+    from cadfit.fitting.approximate import fit as fit
     from cadfit.fitting.cardinal import c2_spline as c2_spline
     from cadfit.fitting.cardinal import cardinal_pieces as cardinal_pieces
     from cadfit.fitting.cardinal import cardinal_spline as cardinal_spline
@@ -22,9 +23,11 @@ if TYPE_CHECKING:
     from cadfit.fitting.local import local_spline as local_spline
     from cadfit.fitting.planes import fit_planes as fit_planes
     from cadfit.fitting.planes import merge_planes as merge_planes
+    from cadfit.fitting.result import Fit as Fit
     from cadfit.joining import join as join
     from cadfit.joining import periodic as periodic
     from cadfit.points.clean import clean as clean
+    from cadfit.points.corners import find_corners as find_corners
     from cadfit.points.parametrize import parametrize as parametrize
     from cadfit.sweeping.frames import Frames as Frames
     from cadfit.sweeping.frames import frames as frames
@@ -34,12 +37,15 @@ _HOME = {
     "BSpline": "bspline",
     "Curves": "files",
     "Deviation": "fitting.deviation",
+    "Fit": "fitting.result",
     "Frames": "sweeping.frames",
     "c2_spline": "fitting.cardinal",
     "cardinal_pieces": "fitting.cardinal",
     "cardinal_spline": "fitting.cardinal",
     "clean": "points.clean",
     "deviation": "fitting.deviation",
+    "find_corners": "points.corners",
+    "fit": "fitting.approximate",
     "fit_planes": "fitting.planes",
     "frames": "sweeping.frames",
     "interpolate": "fitting.interpolate",

@@ -1,0 +1,322 @@
+"""Bring a spline with so many knots as near to its targets as it gets: poles, foot points and knots in turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.fitting.matching import blocks
+from cadfit.fitting.spans import Curve, Spans
+from cadfit.fitting.squares import band, gathered, solve
+from cadfit.fitting.targets import Targets, sampled
+
+_ALONG = 0.005  # weight of a residual's part along the curve: a foot point slides there
+_DAMPING = 1e-6  # of the mean of the normal matrix' diagonal: keeps poles that no target sees where they are
+_LOOKS = np.arange(1, 8) / 8.0
+_KNOT_DAMPING = 1e-3
+_SHIFT, _SHIFT_KNOTS = 0.5, 0.3  # how strongly weight goes to large errors, without and with moving knots
+_STEPS = 2
+_NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A curve seen at parameters (n,): their spans, local parameters and spans modulo m, the places, the tangents.
+
+    Places and tangents are (d, n), the latter of the local parameter.
+    """
+
+    span: Ints
+    local: Array
+    wrapped: Ints
+    places: Array
+    tangents: Array
+
+
+def look(curve: Curve, u: Array) -> Look:
+    """Return how the curve is seen at u (n,)."""
+    span = curve.spans.find(u)
+    local, wrapped = curve.spans.local(u, span)
+    a, b, c, e = curve.powers[:, :, wrapped]
+    ex = e * local
+    return Look(span, local, wrapped, ((ex + c) * local + b) * local + a, (3.0 * ex + 2.0 * c) * local + b)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A curve for some targets, their parameters (n,) and weights (n,), and errors in parts of what is allowed.
+
+    `met`: no target's error is above 1, and the curve strays nowhere between them.
+    """
+
+    goal: Targets
+    curve: Curve
+    u: Array
+    weights: Array
+    seen: Look
+    error: Array
+    met: bool = False
+
+    @property
+    def worst(self) -> float:
+        """The largest error of the targets, which are met when it is 1 or less."""
+        return float(self.error.max())
+
+
+def measured(goal: Targets, curve: Curve, u: Array, weights: Array) -> Trial:
+    """Return the trial with the errors of the curve: of points the distance, between them how far it strays."""
+    curve, u = wrapped(curve, u)
+    seen = look(curve, u)
+    gap = goal.points - seen.places
+    error = np.sqrt(np.einsum("dn,dn->n", gap, gap)) / goal.allowed
+    if len(goal.between):
+        error[goal.between] = goal.straying(seen.places[:, goal.between], goal.row[goal.between])
+    return Trial(goal, curve, u, weights, seen, error)
+
+
+def start(goal: Targets, knots: Array, u: Array) -> Trial:
+    """Return the least-squares curve with these knots for targets at these parameters."""
+    spans = Spans(knots, goal.closed)
+    around, places = u, goal.points
+    if goal.closed:
+        around = np.concatenate([u - goal.period, u, u + goal.period])
+        places = np.tile(places, 3)
+    t = spans.extended
+    greville = (t[1:-3] + t[2:-2] + t[3:-1])[: spans.poles] / 3.0
+    poles = _on_tangents(np.stack([np.interp(greville, around, row) for row in places]), goal)
+    curve, u = wrapped(Curve(spans, poles), u)
+    curve = with_poles(goal, curve, look(curve, u), goal.weights, 1.0)
+    return measured(goal, curve, u, goal.weights)
+
+
+def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
+    """Return the best trial of so many passes, stopping at the first that meets the targets, and strays nowhere.
+
+    A pass solves for the poles (and knots), lets the foot points slide, and shifts weight to the largest errors. Where
+    the targets are met but the curve strays between them, targets are added. It stops early where the passes left
+    would not do at the rate of the last few: most trials fail, so that is where the time goes.
+    """
+    exponent = _SHIFT_KNOTS if move_knots else _SHIFT
+    best = trial = _checked(trial)
+    worst, window = [best.worst], 2 + passes // 8
+    for left in range(passes, 0, -1):
+        gained = worst[-1 - window] - worst[-1] if len(worst) > window else np.inf
+        if trial.met or (worst[-1] - 1.0) * window > left * gained:
+            break
+        weights = trial.weights * (0.9 * trial.error / trial.error.mean() + 0.1) ** exponent
+        weights *= len(weights) / weights.sum()
+        trial = _checked(_passed(trial, weights, move_knots))
+        if trial.worst < best.worst or len(trial.u) > len(best.u):
+            best = trial
+        worst.append(best.worst)
+    return trial if trial.met else best
+
+
+def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:
+    """Return the trial after one pass: the knots moved, the poles solved for, the foot points slid along."""
+    goal, curve, u, seen = trial.goal, trial.curve, trial.u, trial.seen
+    if move_knots:
+        curve, u = wrapped(with_knots(goal, curve, seen, weights), u)
+        seen = look(curve, u)
+    curve = with_poles(goal, curve, seen, weights, _ALONG)
+    u = feet(curve, goal.points, u, goal.period if goal.closed else None, _STEPS)
+    return measured(goal, curve, u, weights)
+
+
+def _checked(trial: Trial) -> Trial:
+    """Return the trial as met, or where only the places between the targets keep it from that, with targets there."""
+    if trial.worst > 1.0:
+        return trial
+    far, at = strays(trial)
+    strayed = np.flatnonzero(far > 1.0)
+    return watched(trial, strayed, at[strayed]) if len(strayed) else replace(trial, met=True)
+
+
+def watched(trial: Trial, chords: Ints, at: Array) -> Trial:
+    """Return the trial with one more target on each of the chords (k,), at the places `at` (k,) in [0, 1]."""
+    goal, u, order = sampled(trial.goal, trial.u, chords, at)
+    weights = np.concatenate([trial.weights, np.full(len(chords), trial.weights.mean())])[order]
+    return measured(goal, trial.curve, u, weights)
+
+
+def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: float) -> Curve:
+    """Return the curve with the least-squares poles at its knots, seen at the targets' parameters."""
+    spans, d = curve.spans, len(curve.poles)
+    found = solve(
+        _sums(goal, curve, seen, weights, along, False),
+        band(spans.count, spans.closed, d, False),
+        np.full(d, _DAMPING),
+        _held(goal),
+    )
+    poles = curve.poles.copy()
+    poles[:, slice(None) if spans.closed else slice(1, -1)] += found.T
+    return Curve(spans, _on_tangents(poles, goal))
+
+
+def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve:
+    """Return the curve with its knots moved by one damped Gauss-Newton step of poles and knots together."""
+    spans, d = curve.spans, len(curve.poles)
+    damping = np.full(d + 1, _DAMPING)
+    damping[d] = _KNOT_DAMPING
+    found = solve(
+        _sums(goal, curve, seen, weights, _ALONG, True),
+        band(spans.count, spans.closed, d, True),
+        damping,
+        _held(goal),
+    )[:, d]
+    h, knots = spans.steps, spans.knots.copy()
+    room = np.clip(h - 1e-4 * h.mean(), 0.0, None) * 0.4  # spans shrink to no less than that
+    if spans.closed:
+        move = np.clip(np.roll(found, -1) * h, -np.roll(room, 1), room)
+        knots[:-1] += move
+        knots[-1] += move[0]
+    else:
+        knots[1:-1] += np.clip(found[1:-1] * h[1:], -room[:-1], room[1:])
+    return Curve(Spans(knots, spans.closed), curve.poles)
+
+
+def _held(goal: Targets) -> list[tuple[int, Array]]:
+    """Return the free poles next to the ends that may move along given tangents only."""
+    return [(k, tangent) for k, tangent in zip((0, -1), goal.tangents, strict=True) if tangent is not None]
+
+
+def _on_tangents(poles: Array, goal: Targets) -> Array:
+    """Return the poles (d, k) with those next to the ends on the given tangents, if any, and in front of the ends."""
+    for tangent, end, near, sign in zip(goal.tangents, (0, -1), (1, -2), (1.0, -1.0), strict=True):
+        if tangent is not None:
+            along = sign * tangent
+            length = max(float((poles[:, near] - poles[:, end]) @ along), 1e-4 * goal.period / poles.shape[1])
+            poles[:, near] = poles[:, end] + length * along
+    return poles
+
+
+def feet(curve: Curve, points: Array, u: Array, period: float | None, steps: int = 2) -> Array:
+    """Return the parameters u (n,) of points (d, n) moved toward their foot points, order kept."""
+    for _ in range(steps):
+        step = np.empty(len(u))
+        at = u if period is None else np.where(u < curve.spans.knots[0], u + period, u)
+        for rows in blocks(len(u)):
+            step[rows] = newton(curve, points[:, rows], *curve.spans.local(at[rows], curve.spans.find(at[rows])))
+        u = slid(u, step, period)
+    return u
+
+
+def slid(u: Array, step: Array, period: float | None) -> Array:
+    """Return the parameters u (n,) moved by the steps (n,), none by as much as half the gap to a neighbour.
+
+    The ends of an open curve (no `period`) stay.
+    """
+    if period is not None:
+        room = _NEAR * np.diff(u, append=u[0] + period)
+        return np.asarray(u + np.clip(step, -np.roll(room, 1), room))
+    room = _NEAR * np.diff(u)
+    u = u.copy()
+    u[1:-1] += np.clip(step[1:-1], -room[:-1], room[1:])
+    return u
+
+
+def newton(curve: Curve, points: Array, local: Array, wrapped: Ints) -> Array:
+    """Return Newton's step (n,) from local parameters in spans toward each point's foot, a minimum of the distance."""
+    a, b, c, e = curve.powers[:, :, wrapped]
+    ex = e * local
+    gap = points - (((ex + c) * local + b) * local + a)
+    first = (3.0 * ex + 2.0 * c) * local + b
+    slope = np.einsum("dn,dn->n", gap, first)
+    flat = np.einsum("dn,dn->n", first, first)
+    rate = flat - np.einsum("dn,dn->n", gap, 6.0 * ex + 2.0 * c)
+    rate = np.where(rate > 0.2 * flat, rate, flat)
+    return np.asarray(np.divide(slope * curve.spans.steps[wrapped], rate, out=np.zeros_like(slope), where=rate > 0))
+
+
+def wrapped(curve: Curve, u: Array) -> tuple[Curve, Array]:
+    """Where closed, number the spans so that the first parameter lies in span 0."""
+    spans = curve.spans
+    if not spans.closed or spans.knots[0] <= u[0] < spans.knots[1]:
+        return curve, u
+    period = spans.knots[-1] - spans.knots[0]
+    turns = np.floor((u[0] - spans.knots[0]) / period)
+    u = u - turns * period
+    k = int(np.clip(np.searchsorted(spans.knots, u[0], side="right") - 1, 0, spans.count - 1))
+    knots = np.concatenate([spans.knots[k:-1], spans.knots[:k] + period, spans.knots[k : k + 1] + period])
+    return Curve(Spans(knots, True), np.roll(curve.poles, -k, axis=1)), u
+
+
+def _sums(goal: Targets, curve: Curve, seen: Look, weights: Array, along: float, move_knots: bool) -> Array:
+    """Return the normal equations of the targets' residuals, linearised, summed for each span (k, m).
+
+    A residual's part along the curve counts `along` as much as what is across: a foot point slides there.
+    """
+    spans = curve.spans
+    d, n = goal.points.shape
+    a, b, c, e = spans.matrices[:, :, seen.wrapped]
+    x = seen.local
+    basis = ((e * x + c) * x + b) * x + a
+    weight = weights / goal.allowed**2
+    tangent = seen.tangents
+    square = np.einsum("dn,dn->n", tangent, tangent)
+    slide = np.divide((1.0 - along) * weight, square, out=np.zeros(n), where=square > 0)
+
+    def weighted(vectors: Array) -> Array:
+        inner = np.einsum("dn,...dn->...n", tangent, vectors)
+        return np.asarray(weight * vectors - (slide * inner)[..., None, :] * tangent)
+
+    i, j = np.tril_indices(d)
+    metric = -slide * tangent[i] * tangent[j]
+    metric[i == j] += weight
+    pull = weighted(goal.points - seen.places)
+    moves = _knot_directions(curve, x, seen.wrapped) if move_knots else None
+    through = None if moves is None else weighted(moves)
+    starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
+    sums = gathered(basis, metric, pull, starts, moves, through)
+    if spans.closed:
+        sums[:, 0] += sums[:, -1]
+    return sums[:, : spans.count]
+
+
+def _knot_directions(curve: Curve, x: Array, wrapped: Ints) -> Array:
+    """Return how the places at local parameters x (n,) move (3, d, n) when the three knots around them do.
+
+    Those are the knot before the span's start, its start and its end, each moved by the length of the span after it;
+    up to a change of the poles. Moving knot t changes the curve by a piece of spline with a double knot at t, whose
+    second derivative jumps there by the curve's jump of the third: it is supported on the span before t and the two
+    after it.
+    """
+    spans, m = curve.spans, curve.spans.count
+    h = spans.steps
+    jumps = curve.third_jumps
+    if spans.closed:
+        before, after, next_after = np.roll(h, 1), h, np.roll(h, -1)
+    else:  # knots 0 and m do not move; a knot stands a thousandth behind the end, for the last one that does
+        jumps = np.concatenate([np.zeros((len(jumps), 1)), jumps], axis=1)
+        before, after, next_after = np.roll(h, 1), h, np.append(h[1:], 1e-3 * h[-1])
+    r, p = after, after + next_after
+    ratio = (p + before) / (r + before)
+    a = 1.0 / (6.0 * (p - p * p * ratio / r - p * p * (p - r) / ((r + before) * before)))
+    b = -a * p * p * ratio / (r * r)
+    c = a * p * p * (p - r) / ((r + before) * before * before)
+    toward = -jumps * after  # of knot s
+    out = np.empty((3, len(jumps), len(x)))
+    earlier, later = (wrapped - 1) % m, (wrapped + 1) % m
+    step = h[wrapped]
+    first = a[earlier] * (step * (1.0 - x)) ** 3
+    if not spans.closed:
+        first[wrapped == 0] = 0.0
+    middle = a[wrapped] * (p[wrapped] - step * x) ** 3 + b[wrapped] * (step * (1.0 - x)) ** 3
+    last = c[later] * (step * x) ** 3
+    if not spans.closed:
+        last[wrapped == m - 1] = 0.0
+    for k, (knot, shape) in enumerate([(earlier, first), (wrapped, middle), (later, last)]):
+        out[k] = toward[:, knot] * shape
+    return out
+
+
+def strays(trial: Trial) -> tuple[Array, Array]:
+    """Return how far the curve strays from each chord (chords,), in parts of its room, and where, of seven samples."""
+    goal = trial.goal
+    u = np.append(trial.u[goal.data], trial.u[0] + goal.period)[: len(goal.room) + 1]
+    at = (u[:-1] + _LOOKS[:, None] * np.diff(u)).ravel()
+    chords = np.tile(np.arange(len(goal.room)), len(_LOOKS))
+    found = goal.straying(trial.curve.points(at, trial.curve.spans.find(at)), chords).reshape(len(_LOOKS), -1)
+    return found.max(axis=0), _LOOKS[np.argmax(found, axis=0)]

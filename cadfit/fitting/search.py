@@ -1,0 +1,120 @@
+"""How many spans, and where: knots are added until the targets are met, then taken away while they still are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cadfit.bezier import Array
+from cadfit.fitting.relax import Trial, relax, start
+from cadfit.fitting.rounded import at_points
+from cadfit.fitting.targets import Targets
+
+
+def grow(goal: Targets, knots: Array, u: Array) -> Trial:
+    """Return a trial that meets the targets, with knots added where it did not."""
+    dense = False
+    while True:
+        trial = relax(start(goal, knots, u), 6, move_knots=False)
+        if trial.met or trial.curve.spans.count > 2 * len(u) + 8:
+            return trial
+        knots, u, goal = _bisected(trial), trial.u, trial.goal
+        if not dense and len(knots) > 0.75 * goal.data.sum():
+            dense = True
+            first, second = at_points(goal, 0.5)
+            dense_trial = relax(start(goal, first, second), 12, move_knots=False)
+            if dense_trial.met:
+                return dense_trial
+            if dense_trial.worst < trial.worst or len(knots) > len(first):
+                knots, u, goal = _bisected(dense_trial), dense_trial.u, dense_trial.goal
+
+
+def _bisected(trial: Trial) -> Array:
+    """Return the knots with each failing span cut in two or more, at quantiles of its parameters."""
+    spans, u = trial.curve.spans, trial.u
+    span = spans.find(u)
+    worst = np.zeros(spans.count + 1)
+    np.maximum.at(worst, span, trial.error)
+    if spans.closed:
+        worst[0] = max(worst[0], worst[-1])
+    starts = np.searchsorted(span, np.arange(spans.count + 1))
+    new = [spans.knots]
+    for s in np.flatnonzero(worst[:-1] > 1.0):
+        a, b = spans.knots[s], spans.knots[s + 1]
+        inside = starts[s + 1] - starts[s]
+        parts = int(np.clip(np.ceil(worst[s] ** 0.25), 2, 8))
+        cuts = a + (b - a) * np.arange(1, parts) / parts
+        if inside > parts:
+            k = starts[s] + inside * np.arange(1, parts) // parts
+            cuts = 0.5 * (u[k - 1] + u[k])
+        new.append(np.clip(cuts, a + 0.05 * (b - a), b - 0.05 * (b - a)))
+    return np.unique(np.concatenate(new))
+
+
+def fewest(trial: Trial, passes: int, trials: int) -> Trial:
+    """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
+
+    Each takes spans away: three tenths at first, half as many after each failure.
+    """
+    m = trial.curve.spans.count
+    least = 4 if trial.goal.closed else 1
+    cut = max(1, round(0.3 * m))
+    for _ in range(trials):
+        cut = min(cut, m - least)
+        if cut < 1:
+            break
+        starts = [start(trial.goal, knots(trial, m - cut), trial.u) for knots in (by_jumps, by_removal)]
+        fewer = relax(min(starts, key=_promise), passes, move_knots=True)
+        if fewer.met:
+            trial, m = fewer, m - cut
+        elif cut == 1:
+            break
+        else:
+            cut //= 2
+    return trial
+
+
+def _promise(trial: Trial) -> float:
+    """Return the mean fourth power of the errors: how far a start seems from meeting its targets."""
+    return float(np.mean(trial.error**4))
+
+
+def by_removal(trial: Trial, m: int) -> Array:
+    """Return the knots without those where the third derivative jumps least for the spans around."""
+    spans = trial.curve.spans
+    h, knots = spans.steps, spans.knots
+    sides = h * np.roll(h, 1) if spans.closed else h[:-1] * h[1:]
+    weight = np.linalg.norm(trial.curve.third_jumps, axis=0) * sides**1.5
+    gone = np.zeros(len(weight), dtype=bool)
+    for _ in range(spans.count - m):
+        k = int(np.argmin(np.where(gone, np.inf, weight)))
+        gone[k] = True
+        for j in (k - 1, k + 1):  # each removal makes its neighbours dearer
+            if spans.closed or 0 <= j < len(weight):
+                weight[j % len(weight)] *= 4.0
+    if spans.closed:
+        left = knots[:-1][~gone]
+        return np.append(left, left[0] + knots[-1] - knots[0])
+    return np.concatenate([knots[:1], knots[1:-1][~gone], knots[-1:]])
+
+
+def by_jumps(trial: Trial, m: int) -> Array:
+    """Return m spans with knots as dense as the fourth root of the fourth derivative, read off jumps of the third."""
+    spans = trial.curve.spans
+    h = spans.steps
+    jump = np.linalg.norm(trial.curve.third_jumps, axis=0)
+    if spans.closed:
+        fourth = jump / (0.5 * (h + np.roll(h, 1)))  # at the start of each span
+        density = 0.5 * (fourth + np.roll(fourth, -1))
+    else:
+        if not len(jump):
+            return np.linspace(spans.knots[0], spans.knots[-1], m + 1)
+        fourth = jump / (0.5 * (h[:-1] + h[1:]))
+        fourth = np.concatenate([fourth[:1], fourth, fourth[-1:]])
+        density = 0.5 * (fourth[:-1] + fourth[1:])
+    density = density**0.25 + 1e-9
+    total = np.concatenate([[0.0], np.cumsum(density * h)])
+    if not np.isfinite(total[-1]) or total[-1] <= 0:
+        return np.linspace(spans.knots[0], spans.knots[-1], m + 1)
+    knots = np.interp(np.linspace(0, total[-1], m + 1), total, spans.knots)
+    knots[0], knots[-1] = spans.knots[0], spans.knots[-1]
+    return knots

@@ -1,0 +1,128 @@
+"""Cubic splines span by span, as the fit uses them: rows of coordinates, open or periodic, no checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.bspline import BSpline, own
+from cadfit.joining import periodic
+
+
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """The space of C2 cubic splines with simple knots (m + 1,), the curve's start and end included.
+
+    Open splines are clamped: m + 3 poles. Closed ones are periodic, knots[-1] - knots[0] being the period: m poles,
+    span s depending on poles s to s + 3 (modulo m), its parameters those from knots[s] on.
+    """
+
+    knots: Array
+    closed: bool
+
+    @property
+    def count(self) -> int:
+        """The number of spans m."""
+        return len(self.knots) - 1
+
+    @property
+    def poles(self) -> int:
+        """The number of poles that are free to choose: m + 3, closed m."""
+        return self.count if self.closed else self.count + 3
+
+    @cached_property
+    def extended(self) -> Array:
+        """The knots with three more at each end (m + 7,): repeated, or those of the neighbouring periods."""
+        knots, m = self.knots, self.count
+        if not self.closed:
+            return np.concatenate([knots[[0, 0, 0]], knots, knots[[-1, -1, -1]]])
+        steps = np.arange(-3, m + 4)
+        return np.asarray(knots[steps % m] + (knots[-1] - knots[0]) * (steps // m))
+
+    @cached_property
+    def steps(self) -> Array:
+        """The lengths of the spans (m,)."""
+        return np.diff(self.knots)
+
+    @cached_property
+    def matrices(self) -> Array:
+        """The basis functions (4 powers, 4 functions, m) of each span as polynomials of its local parameter in [0, 1].
+
+        Source: Qin, General matrix representations for B-splines, The Visual Computer 16, 2000.
+        """
+        t, m = self.extended, self.count
+        t1, t2, t3, t4, t5, t6 = (t[k : k + m] for k in range(1, 7))  # the span runs from t3 to t4
+        h = t4 - t3
+        out = np.zeros((4, 4, m))
+        first = h * h / ((t4 - t2) * (t4 - t1))
+        last = h * h / ((t6 - t3) * (t5 - t3))
+        middle = (t5 - t2) * (t4 - t2)
+        out[0, 0], out[0, 2] = first, (t3 - t2) ** 2 / middle
+        out[0, 1] = 1.0 - first - out[0, 2]
+        out[1, 0], out[1, 2] = -3.0 * first, 3.0 * h * (t3 - t2) / middle
+        out[1, 1] = 3.0 * first - out[1, 2]
+        out[2, 0], out[2, 2] = 3.0 * first, 3.0 * h * h / middle
+        out[2, 1] = -3.0 * first - out[2, 2]
+        out[3, 0], out[3, 3] = -first, last
+        out[3, 2] = -out[2, 2] / 3.0 - last - h * h / ((t5 - t3) * (t5 - t2))
+        out[3, 1] = first - out[3, 2] - last
+        return out
+
+    def find(self, u: Array) -> Ints:
+        """Return the span (n,) of each parameter u (n,); where closed, span m is span 0 of the next period."""
+        found = np.searchsorted(self.knots, u, side="right") - 1
+        return np.minimum(found, self.count if self.closed else self.count - 1, out=found)
+
+    def local(self, u: Array, span: Ints) -> tuple[Array, Ints]:
+        """Return the local parameters (n,) of u in its spans, and the spans modulo m."""
+        wrapped = span % self.count if self.closed else span
+        return (u - self.knots[span]) / self.steps[wrapped], wrapped
+
+    def spline(self, poles: Array) -> BSpline:
+        """Return the curve of the poles (d, number of poles)."""
+        if not self.closed:
+            return BSpline(own(np.ascontiguousarray(poles.T)), own(self.extended.copy()))
+        return periodic(np.roll(poles.T, -1, axis=0), self.knots)
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A spline of the space with its poles (d, number of poles), for many evaluations."""
+
+    spans: Spans
+    poles: Array
+
+    @cached_property
+    def powers(self) -> Array:
+        """The spans' polynomials (4 powers, d, m) of the local parameter."""
+        m, d = self.spans.count, len(self.poles)
+        poles = np.concatenate([self.poles, self.poles[:, :3]], axis=1) if self.spans.closed else self.poles
+        while poles.shape[1] < m + 3:  # fewer than three spans in a period
+            poles = np.concatenate([poles, self.poles], axis=1)
+        out = np.zeros((4, d, m))
+        for k in range(4):
+            out += self.spans.matrices[:, k, None, :] * poles[:, k : k + m]
+        return out
+
+    @cached_property
+    def third_jumps(self) -> Array:
+        """The jumps of the third derivative at the inner knots (d, m - 1), closed at the starts of spans (d, m)."""
+        third = 6.0 * self.powers[3] / self.spans.steps**3
+        if self.spans.closed:
+            return np.asarray(third - np.roll(third, 1, axis=1))
+        return np.diff(third, axis=1)
+
+    def backward(self) -> Curve:
+        """Return the curve run through backward, its parameters negated."""
+        m, k = self.spans.count, self.poles.shape[1]
+        poles = self.poles[:, (m + 2 - np.arange(k)) % k]
+        return Curve(Spans(-self.spans.knots[::-1], self.spans.closed), np.ascontiguousarray(poles))
+
+    def points(self, u: Array, span: Ints) -> Array:
+        """Return the points (d, n) at u (n,) in the given spans (n,)."""
+        x, wrapped = self.spans.local(u, span)
+        a, b, c, e = self.powers[:, :, wrapped]
+        return np.asarray(((e * x + c) * x + b) * x + a)

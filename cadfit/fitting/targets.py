@@ -1,0 +1,179 @@
+"""What a fitted curve is held to: the points, and places between them, each with the error it allows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cadfit import bezier
+from cadfit.bezier import Array, Ints
+
+BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
+_FRACTIONS = np.array([0.25, 0.5, 0.75])
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Places (d, n) the curve shall pass in this order, their allowed errors, weights, and parameters to start from.
+
+    `row` (n,): the number of the point, or for places between points of the point before. `data` (n,): whether it is a
+    point. `chain` (chords, 4, d): the curve between the points that they were taken from, `room` (chords,) how far the
+    fit may stray from each chord. `closed`: the curve returns to the first place, a point, after `period`. `tangents`:
+    unit directions (d,) of an open curve at its ends, where they are given.
+    """
+
+    points: Array
+    allowed: Array
+    weights: Array
+    u: Array
+    row: Ints
+    data: NDArray[np.bool_]
+    chain: Array
+    room: Array
+    closed: bool
+    period: float
+    tangents: tuple[Array | None, Array | None]
+
+    @cached_property
+    def between(self) -> Ints:
+        """The targets that are no points."""
+        return np.flatnonzero(~self.data)
+
+    @cached_property
+    def _chords(self) -> tuple[Array, Array, Array]:
+        """The chords' starts and directions (d, chords), and their squared lengths."""
+        start, along = self.chain[:, 0].T.copy(), (self.chain[:, 3] - self.chain[:, 0]).T.copy()
+        return start, along, np.einsum("dn,dn->n", along, along)
+
+    def straying(self, places: Array, chords: Ints) -> Array:
+        """Return how far places (d, n) are from the given chords (n,), in parts of the room the fit has there."""
+        start, along, square = self._chords
+        along = along[:, chords]
+        gap = places - start[:, chords]
+        place = np.einsum("dn,dn->n", gap, along) / square[chords]
+        gap -= np.clip(place, 0.0, 1.0) * along
+        return np.asarray(np.sqrt(np.einsum("dn,dn->n", gap, gap)) / self.room[chords])
+
+
+def cardinal_chain(points: Array, closed: bool) -> Array:
+    """Return the centripetal cardinal curve (chords, 4, d) of points (n, d): one Bézier piece for each chord.
+
+    Tangents are those of the parabolas through three neighbours at centripetal parameters, at open ends the chord's.
+    Source: Yuksel, Schaefer and Keyser, Parameterization and applications of Catmull-Rom curves, CAD 43(7), 2011.
+    """
+    around = np.concatenate([points[-1:], points, points[:2]]) if closed else points
+    chords = np.diff(around, axis=0)
+    step = np.sqrt(np.sqrt(np.einsum("nd,nd->n", chords, chords)))[:, None]
+    slopes = chords / step
+    tangent = (slopes[:-1] * step[1:] + slopes[1:] * step[:-1]) / (step[:-1] + step[1:])
+    if closed:
+        start, end, step = tangent[:-1], tangent[1:], step[1:-1]
+        around = around[1:-1]
+    else:
+        start, end = np.concatenate([slopes[:1], tangent]), np.concatenate([tangent, slopes[-1:]])
+    p, q = around[:-1], around[1:]
+    return np.stack([p, p + start * step / 3.0, q - end * step / 3.0, q], axis=1)
+
+
+def straight_chain(points: Array, closed: bool) -> Array:
+    """Return the polyline of points (n, d) as Bézier pieces (chords, 4, d)."""
+    around = np.concatenate([points, points[:1]]) if closed else points
+    chords = np.diff(around, axis=0)[:, None]
+    return np.asarray(around[:-1, None] + np.array([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0])[:, None] * chords)
+
+
+def bulges(chain: Array, least: float) -> Array:
+    """Return how far each piece (chords, 4, d) strays from its chord (chords,): the largest of 15 samples' distances.
+
+    0 where it is less than `least`, for what two sides of a triangle exceed the third by bounds it.
+    """
+    found = np.zeros(len(chain))
+    sides = np.linalg.norm(np.diff(chain, axis=1), axis=2).sum(axis=1)
+    chord = np.linalg.norm(chain[:, 3] - chain[:, 0], axis=1)
+    bent = np.flatnonzero(sides * sides - chord * chord > 4.0 * least * least)  # else within that ellipse's half width
+    chain = chain[bent]
+    largest = np.zeros(len(chain))
+    start, along = chain[:, 0], chain[:, 3] - chain[:, 0]
+    length = np.einsum("nd,nd->n", along, along)
+    for t in np.arange(1, 16) / 16.0:
+        gap = bezier.evaluate(chain, t) - start
+        place = np.clip(np.einsum("nd,nd->n", gap, along) / length, 0.0, 1.0)
+        gap -= place[:, None] * along
+        np.maximum(largest, np.einsum("nd,nd->n", gap, gap), out=largest)
+    found[bent] = np.sqrt(largest)
+    return found
+
+
+def targets(
+    points: Array,
+    chain: Array,
+    room: Array,
+    tolerance: float,
+    weights: Array,
+    closed: bool,
+    polyline: bool,
+    tangents: tuple[Array | None, Array | None],
+) -> Targets:
+    """Return the points (n, d), held to the tolerance, and lightly weighted samples where the points say too little.
+
+    Those are three on a chord, on `chain`, the curve between the points: where it bulges by over a quarter of the
+    tolerance, and where a chord is more than three times as long as a neighbour; with `polyline`, where a chord is
+    longer than the tolerance. `room` (chords,): how far the fit may stray from each. The parameters are the chain's
+    lengths.
+    """
+    places = np.stack([bezier.evaluate(chain, t) for t in [0.0, *_FRACTIONS, 1.0]])
+    parts = np.linalg.norm(np.diff(places, axis=0), axis=2)  # (4, chords)
+    start = np.concatenate([[0.0], np.cumsum(parts.sum(axis=0))])
+    chord = np.linalg.norm(places[-1] - places[0], axis=1)
+    shorter = np.minimum(np.roll(chord, 1), np.roll(chord, -1))
+    if not closed:
+        shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
+    bent = chord > tolerance if polyline else room - tolerance > 0.25 * BULGE * tolerance
+    chosen = np.flatnonzero(bent | (chord > 3.0 * shorter))
+    n = len(points)
+    bare = Targets(
+        points.T.copy(),
+        np.full(n, tolerance),
+        weights,
+        start[:n],
+        np.arange(n),
+        np.ones(n, dtype=bool),
+        chain,
+        room,
+        closed,
+        float(start[-1]),
+        tangents,
+    )
+    return sampled(bare, bare.u, np.tile(chosen, len(_FRACTIONS)), np.repeat(_FRACTIONS, len(chosen)))[0]
+
+
+def sampled(goal: Targets, u: Array, chords: Ints, at: Array) -> tuple[Targets, Array, Ints]:
+    """Return the targets with more at places `at` (k,) in [0, 1] of chords (k,), the parameters with theirs, the order.
+
+    The order (n + k,) is that in which old and new were merged.
+    """
+    ends = np.append(u[goal.data], u[0] + goal.period)
+    tolerance = goal.allowed[0]
+    places = bezier.evaluate(goal.chain[chords], at)
+    between = (1.0 - at) * ends[chords] + at * ends[chords + 1]
+    room = tolerance + (goal.room[chords] - tolerance) / (2.0 * BULGE)
+    u = np.concatenate([u, between])
+    order = np.argsort(u, kind="stable")
+
+    def merged(old: NDArray[Any], new: NDArray[Any]) -> NDArray[Any]:
+        return np.concatenate([old, new], axis=-1)[..., order]
+
+    new = replace(
+        goal,
+        points=merged(goal.points, places.T),
+        allowed=merged(goal.allowed, room),
+        weights=merged(goal.weights, 0.1 * (tolerance / room) ** 2),
+        u=u[order],
+        row=merged(goal.row, chords),
+        data=merged(goal.data, np.zeros(len(chords), dtype=bool)),
+    )
+    return new, new.u, order
