@@ -17,6 +17,9 @@ from OCP.gp import gp_Pnt
 from scipy.interpolate import splev, splprep
 
 import cadfit
+from cadfit.fitting.deviation import straying_chords
+from cadfit.fitting.matching import match
+from cadfit.fitting.stretch import chain_of, room_of
 
 try:
     from OCP.collections import Array1_gp_Pnt as Points
@@ -25,11 +28,15 @@ except ImportError:
 
 
 class Peer(NamedTuple):
-    """A peer's curve: how many poles it has, and how far it is from the points and from their chords."""
+    """A peer's curve: how many poles it has, how far it is from the points and from their chords.
+
+    `kept`: whether between the points it keeps the rule that `cadfit.fit` keeps.
+    """
 
     poles: int
     points: float
     between: float
+    kept: bool
 
 
 def contour(points, closed):
@@ -91,9 +98,14 @@ def occt(points, tolerance, closed):
     return cadfit.BSpline(np.array([[p.X(), p.Y(), p.Z()] for p in poles])[:, :flat], np.concatenate(knots))
 
 
-def judged(curve, points, closed):
+def judged(curve, points, tolerance, closed):
     """A peer's curve with how far it is from the points and between them."""
-    if closed and not curve.closed:
-        closed, points = False, contour(points, True)
-    far = cadfit.deviation(curve, points, closed)
-    return Peer(len(curve.poles), far.points, far.between)
+    points = contour(points, closed)
+    if closed:
+        start, _ = curve.nearest(points[0])
+        if curve.closed and curve.domain[0] < start < curve.domain[1]:
+            curve = cadfit.join(curve.split(float(start))[::-1])
+    far = cadfit.deviation(curve, points)
+    room = room_of(chain_of(points[: len(points) - closed], closed, False), tolerance)
+    strayed = straying_chords(curve, points, match(curve, points), room)
+    return Peer(len(curve.poles), far.points, far.between, not len(strayed))
