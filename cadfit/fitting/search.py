@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array
 from cadfit.fitting.relax import Trial, relax, start
 from cadfit.fitting.rounded import at_points
+from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
 
 
@@ -50,10 +52,11 @@ def _bisected(trial: Trial) -> Array:
     return np.unique(np.concatenate(new))
 
 
-def fewest(trial: Trial, passes: int, trials: int) -> Trial:
+def fewest(trial: Trial, passes: int, trials: int, exchanges: int) -> Trial:
     """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
 
-    Each takes spans away: three tenths at first, half as many after each failure.
+    Each takes spans away: three tenths at first, half as many after each failure. Before one counts as failed, knots
+    are exchanged, up to so many times, as long as the largest error falls.
     """
     m = trial.curve.spans.count
     least = 4 if trial.goal.closed else 1
@@ -64,6 +67,13 @@ def fewest(trial: Trial, passes: int, trials: int) -> Trial:
             break
         starts = [start(trial.goal, knots(trial, m - cut), trial.u) for knots in (by_jumps, by_removal)]
         fewer = relax(min(starts, key=_promise), passes, move_knots=True)
+        for _ in range(exchanges if m - cut > least else 0):
+            if fewer.met:
+                break
+            other = relax(start(fewer.goal, exchanged(fewer), fewer.u), passes, move_knots=True)
+            if not other.met and other.worst >= fewer.worst:
+                break
+            fewer = other
         if fewer.met:
             trial, m = fewer, m - cut
         elif cut == 1:
@@ -78,23 +88,48 @@ def _promise(trial: Trial) -> float:
     return float(np.mean(trial.error**4))
 
 
-def by_removal(trial: Trial, m: int) -> Array:
-    """Return the knots without those where the third derivative jumps least for the spans around."""
+def exchanged(trial: Trial) -> Array:
+    """Return the knots with one more in the span of the largest error, and without another that is missed least."""
     spans = trial.curve.spans
-    h, knots = spans.steps, spans.knots
-    sides = h * np.roll(h, 1) if spans.closed else h[:-1] * h[1:]
-    weight = np.linalg.norm(trial.curve.third_jumps, axis=0) * sides**1.5
-    gone = np.zeros(len(weight), dtype=bool)
+    k = int(spans.find(trial.u[[np.argmax(trial.error)]])[0]) % spans.count
+    missed = _missed(trial)
+    ends = np.array([k, k + 1]) % spans.count if spans.closed else np.array([k - 1, k])
+    missed[ends[(ends >= 0) & (ends < len(missed))]] = np.inf
+    gone = np.arange(len(missed)) == np.argmin(missed)
+    return np.sort(np.append(_without(spans, gone), 0.5 * (spans.knots[k] + spans.knots[k + 1])))
+
+
+def by_removal(trial: Trial, m: int) -> Array:
+    """Return the knots without those that are missed least."""
+    spans, missed = trial.curve.spans, _missed(trial)
+    gone = np.zeros(len(missed), dtype=bool)
     for _ in range(spans.count - m):
-        k = int(np.argmin(np.where(gone, np.inf, weight)))
+        k = int(np.argmin(np.where(gone, np.inf, missed)))
         gone[k] = True
         for j in (k - 1, k + 1):  # each removal makes its neighbours dearer
-            if spans.closed or 0 <= j < len(weight):
-                weight[j % len(weight)] *= 4.0
+            if spans.closed or 0 <= j < len(missed):
+                missed[j % len(missed)] *= 4.0
+    return _without(spans, gone)
+
+
+def _without(spans: Spans, gone: NDArray[np.bool_]) -> Array:
+    """Return the knots without some of the inner ones, closed of the starts of spans."""
+    knots = spans.knots
     if spans.closed:
         left = knots[:-1][~gone]
         return np.append(left, left[0] + knots[-1] - knots[0])
     return np.concatenate([knots[:1], knots[1:-1][~gone], knots[-1:]])
+
+
+def _missed(trial: Trial) -> Array:
+    """Return how much each inner knot, closed the start of each span, is missed where it is taken away.
+
+    That is the jump of the third derivative there, for the spans around.
+    """
+    spans = trial.curve.spans
+    h = spans.steps
+    sides = h * np.roll(h, 1) if spans.closed else h[:-1] * h[1:]
+    return np.asarray(np.linalg.norm(trial.curve.third_jumps, axis=0) * sides**1.5)
 
 
 def by_jumps(trial: Trial, m: int) -> Array:

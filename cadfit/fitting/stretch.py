@@ -20,7 +20,7 @@ _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 500  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _ROWS_A_SPAN = 8
-_FAST, _BEST = (12, 8), (60, 16)  # passes, trials
+_FAST, _BEST = (12, 8, 0), (60, 16, 8)  # passes, trials, exchanges of knots
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
 
