@@ -147,6 +147,7 @@ def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: f
     found = solve(
         _sums(goal, curve, seen, weights, along, False),
         band(spans.count, spans.closed, d, False),
+        d,
         np.full(d, _DAMPING),
         _held(goal),
     )
@@ -163,6 +164,7 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
     found = solve(
         _sums(goal, curve, seen, weights, _ALONG, True),
         band(spans.count, spans.closed, d, True),
+        d,
         damping,
         _held(goal),
     )[:, d]
@@ -195,12 +197,20 @@ def _on_tangents(poles: Array, goal: Targets) -> Array:
 def feet(curve: Curve, points: Array, u: Array, period: float | None, steps: int = 2) -> Array:
     """Return the parameters u (n,) of points (d, n) moved toward their foot points, order kept."""
     for _ in range(steps):
-        step = np.empty(len(u))
-        at = u if period is None else np.where(u < curve.spans.knots[0], u + period, u)
-        for rows in blocks(len(u)):
-            step[rows] = newton(curve, points[:, rows], *curve.spans.local(at[rows], curve.spans.find(at[rows])))
-        u = slid(u, step, period)
+        u = slid(u, foot_steps(curve, points, u, period), period)
     return u
+
+
+def foot_steps(curve: Curve, points: Array, u: Array, period: float | None) -> Array:
+    """Return how far (n,) the parameters u (n,) of points (d, n) are from those of their foot points, by Newton."""
+    step = np.empty(len(u))
+    at = u
+    if period is not None:
+        low = curve.spans.knots[0]
+        at = np.where(u < low, u + period, u)
+    for rows in blocks(len(u)):
+        step[rows] = newton(curve, points[:, rows], *curve.spans.local(at[rows], curve.spans.find(at[rows])))
+    return step
 
 
 def slid(u: Array, step: Array, period: float | None) -> Array:

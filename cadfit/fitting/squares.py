@@ -108,17 +108,19 @@ def gathered(
     return np.asarray(sums)
 
 
-def solve(sums: Array, layout: Band, damping: Array, held: list[tuple[int, Array]]) -> Array:
+def solve(sums: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]) -> Array:
     """Return the unknowns (blocks not left out, q) that satisfy the normal equations.
 
-    `sums` (k, m) as `gathered`. `damping` (q,) is added to the diagonal, relative to its mean. `held`: blocks, and the
-    unit directions (d,) that their poles may move in.
+    `sums` (k, m) as `gathered`. `damping` (q,) is added to the diagonal, relative to its mean over all coordinates (so
+    that a turn of the axes changes nothing) or over the knots. `held`: blocks, and the unit directions (d,) that their
+    poles may move in.
     """
     size, unknowns = layout.shape
     matrix = np.bincount(layout.entries, sums[layout.source].ravel(), size * unknowns + 1)[:-1].reshape(layout.shape)
     right = np.bincount(layout.rows, sums[layout.right].ravel(), unknowns + 1)[:-1]
     diagonal = matrix[0].reshape(-1, len(damping))
     scale = diagonal.mean(axis=0)
+    scale[:d] = scale[:d].mean()
     for block, direction in held:
         first = int(layout.order[block]) * len(damping)
         for c in range(len(direction)):

@@ -115,27 +115,15 @@ def targets(
     tolerance: float,
     weights: Array,
     closed: bool,
-    polyline: bool,
     tangents: tuple[Array | None, Array | None],
 ) -> Targets:
-    """Return the points (n, d), held to the tolerance, and lightly weighted samples where the points say too little.
+    """Return the points (n, d) as targets, held to the tolerance; their parameters are the lengths of `chain`.
 
-    Those are three on a chord, on `chain`, the curve between the points: where it bulges by over a quarter of the
-    tolerance, and where a chord is more than three times as long as a neighbour; with `polyline`, where a chord is
-    longer than the tolerance. `room` (chords,): how far the fit may stray from each. The parameters are the chain's
-    lengths.
+    `chain` (chords, 4, d): the curve between the points; `room` (chords,): how far the fit may stray from each.
     """
-    places = np.stack([bezier.evaluate(chain, t) for t in [0.0, *_FRACTIONS, 1.0]])
-    parts = np.linalg.norm(np.diff(places, axis=0), axis=2)  # (4, chords)
-    start = np.concatenate([[0.0], np.cumsum(parts.sum(axis=0))])
-    chord = np.linalg.norm(places[-1] - places[0], axis=1)
-    shorter = np.minimum(np.roll(chord, 1), np.roll(chord, -1))
-    if not closed:
-        shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
-    bent = chord > tolerance if polyline else room - tolerance > 0.25 * BULGE * tolerance
-    chosen = np.flatnonzero(bent | (chord > 3.0 * shorter))
     n = len(points)
-    bare = Targets(
+    start = np.concatenate([[0.0], np.cumsum(_parts(chain).sum(axis=0))])
+    return Targets(
         points.T.copy(),
         np.full(n, tolerance),
         weights,
@@ -148,7 +136,28 @@ def targets(
         float(start[-1]),
         tangents,
     )
-    return sampled(bare, bare.u, np.tile(chosen, len(_FRACTIONS)), np.repeat(_FRACTIONS, len(chosen)))[0]
+
+
+def _parts(chain: Array) -> Array:
+    """Return the lengths (4, chords) between samples of the pieces."""
+    places = np.stack([bezier.evaluate(chain, t) for t in [0.0, *_FRACTIONS, 1.0]])
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=2))
+
+
+def with_samples(goal: Targets, polyline: bool) -> Targets:
+    """Return the targets with lightly weighted samples of the chain where the points say too little.
+
+    Those are three on a chord: where the chain bulges by over a quarter of the tolerance, and where a chord is more
+    than three times as long as a neighbour; with `polyline`, where a chord is longer than the tolerance.
+    """
+    tolerance = goal.allowed[0]
+    chord = np.linalg.norm(goal.chain[:, 3] - goal.chain[:, 0], axis=1)
+    shorter = np.minimum(np.roll(chord, 1), np.roll(chord, -1))
+    if not goal.closed:
+        shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
+    bent = chord > tolerance if polyline else goal.room - tolerance > 0.25 * BULGE * tolerance
+    chosen = np.flatnonzero(bent | (chord > 3.0 * shorter))
+    return sampled(goal, goal.u, np.tile(chosen, len(_FRACTIONS)), np.repeat(_FRACTIONS, len(chosen)))[0]
 
 
 def sampled(goal: Targets, u: Array, chords: Ints, at: Array) -> tuple[Targets, Array, Ints]:
