@@ -17,9 +17,9 @@ from OCP.gp import gp_Pnt
 from scipy.interpolate import splev, splprep
 
 import cadfit
+from cadfit.fitting.checking import chain_of, room_of
 from cadfit.fitting.deviation import straying_chords
 from cadfit.fitting.matching import match
-from cadfit.fitting.stretch import chain_of, room_of
 
 try:
     from OCP.collections import Array1_gp_Pnt as Points

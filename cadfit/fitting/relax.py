@@ -8,8 +8,8 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.matching import blocks
-from cadfit.fitting.spans import Curve, Spans
-from cadfit.fitting.squares import band, gathered, solve
+from cadfit.fitting.spans import Curve, Spans, shifted
+from cadfit.fitting.squares import band, local, moments, pairs, solve
 from cadfit.fitting.targets import Targets, sampled
 
 _ALONG = 0.005  # weight of a residual's part along the curve: a foot point slides there
@@ -18,6 +18,7 @@ _LOOKS = np.arange(1, 8) / 8.0
 _KNOT_DAMPING = 1e-3
 _SHIFT, _SHIFT_KNOTS = 0.5, 0.3  # how strongly weight goes to large errors, without and with moving knots
 _STEPS = 2
+_FALLING = np.array([[1.0], [-3.0], [3.0], [-1.0]])  # (1 - x)^3 in powers of x
 _NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
 
 
@@ -105,8 +106,9 @@ def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
         gained = worst[-1 - window] - worst[-1] if len(worst) > window else np.inf
         if trial.met or (worst[-1] - 1.0) * window > left * gained:
             break
-        weights = trial.weights * (0.9 * trial.error / trial.error.mean() + 0.1) ** exponent
-        weights *= len(weights) / weights.sum()
+        count = len(trial.error)
+        weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
+        weights *= count / np.add.reduce(weights)
         trial = _checked(_passed(trial, weights, move_knots))
         if trial.worst < best.worst or len(trial.u) > len(best.u):
             best = trial
@@ -145,7 +147,7 @@ def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: f
     """Return the curve with the least-squares poles at its knots, seen at the targets' parameters."""
     spans, d = curve.spans, len(curve.poles)
     found = solve(
-        _sums(goal, curve, seen, weights, along, False),
+        *_equations(goal, curve, seen, weights, along, False),
         band(spans.count, spans.closed, d, False),
         d,
         np.full(d, _DAMPING),
@@ -162,7 +164,7 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
     damping = np.full(d + 1, _DAMPING)
     damping[d] = _KNOT_DAMPING
     found = solve(
-        _sums(goal, curve, seen, weights, _ALONG, True),
+        *_equations(goal, curve, seen, weights, _ALONG, True),
         band(spans.count, spans.closed, d, True),
         d,
         damping,
@@ -171,7 +173,7 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
     h, knots = spans.steps, spans.knots.copy()
     room = np.clip(h - 1e-4 * h.mean(), 0.0, None) * 0.4  # spans shrink to no less than that
     if spans.closed:
-        move = np.clip(np.roll(found, -1) * h, -np.roll(room, 1), room)
+        move = np.clip(shifted(found, -1) * h, -shifted(room, 1), room)
         knots[:-1] += move
         knots[-1] += move[0]
     else:
@@ -204,13 +206,15 @@ def feet(curve: Curve, points: Array, u: Array, period: float | None, steps: int
 def foot_steps(curve: Curve, points: Array, u: Array, period: float | None) -> Array:
     """Return how far (n,) the parameters u (n,) of points (d, n) are from those of their foot points, by Newton."""
     step = np.empty(len(u))
-    at = u
-    if period is not None:
-        low = curve.spans.knots[0]
-        at = np.where(u < low, u + period, u)
     for rows in blocks(len(u)):
-        step[rows] = newton(curve, points[:, rows], *curve.spans.local(at[rows], curve.spans.find(at[rows])))
+        at = within(curve, u[rows], period)
+        step[rows] = newton(curve, points[:, rows], *curve.spans.local(at, curve.spans.find(at)))
     return step
+
+
+def within(curve: Curve, u: Array, period: float | None) -> Array:
+    """Return the parameters u (n,), where closed a period on if they are before the curve's first."""
+    return u if period is None else np.where(u < curve.spans.knots[0], u + period, u)
 
 
 def slid(u: Array, step: Array, period: float | None) -> Array:
@@ -220,10 +224,10 @@ def slid(u: Array, step: Array, period: float | None) -> Array:
     """
     if period is not None:
         room = _NEAR * np.diff(u, append=u[0] + period)
-        return np.asarray(u + np.clip(step, -np.roll(room, 1), room))
-    room = _NEAR * np.diff(u)
+        return u + np.minimum(np.maximum(step, -shifted(room, 1)), room)
+    room = _NEAR * (u[1:] - u[:-1])
     u = u.copy()
-    u[1:-1] += np.clip(step[1:-1], -room[:-1], room[1:])
+    u[1:-1] += np.minimum(np.maximum(step[1:-1], -room[:-1]), room[1:])
     return u
 
 
@@ -253,73 +257,65 @@ def wrapped(curve: Curve, u: Array) -> tuple[Curve, Array]:
     return Curve(Spans(knots, True), np.roll(curve.poles, -k, axis=1)), u
 
 
-def _sums(goal: Targets, curve: Curve, seen: Look, weights: Array, along: float, move_knots: bool) -> Array:
-    """Return the normal equations of the targets' residuals, linearised, summed for each span (k, m).
+def _equations(
+    goal: Targets, curve: Curve, seen: Look, weights: Array, along: float, move_knots: bool
+) -> tuple[Array, Array]:
+    """Return the normal equations of the targets' residuals, linearised, span by span, as `squares.local`.
 
     A residual's part along the curve counts `along` as much as what is across: a foot point slides there.
     """
-    spans = curve.spans
-    d, n = goal.points.shape
-    a, b, c, e = spans.matrices[:, :, seen.wrapped]
-    x = seen.local
-    basis = ((e * x + c) * x + b) * x + a
+    spans, tangent = curve.spans, seen.tangents
     weight = weights / goal.allowed**2
-    tangent = seen.tangents
     square = np.einsum("dn,dn->n", tangent, tangent)
-    slide = np.divide((1.0 - along) * weight, square, out=np.zeros(n), where=square > 0)
-
-    def weighted(vectors: Array) -> Array:
-        inner = np.einsum("dn,...dn->...n", tangent, vectors)
-        return np.asarray(weight * vectors - (slide * inner)[..., None, :] * tangent)
-
-    i, j = np.tril_indices(d)
-    metric = -slide * tangent[i] * tangent[j]
+    slide = np.divide((1.0 - along) * weight, square, out=np.zeros_like(square), where=square > 0)
+    i, j = pairs(len(tangent))
+    metric = tangent[i] * tangent[j] * -slide
     metric[i == j] += weight
-    pull = weighted(goal.points - seen.places)
-    moves = _knot_directions(curve, x, seen.wrapped) if move_knots else None
-    through = None if moves is None else weighted(moves)
+    gap = goal.points - seen.places
+    pull = weight * gap - slide * np.einsum("dn,dn->n", tangent, gap) * tangent
     starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
-    sums = gathered(basis, metric, pull, starts, moves, through)
+    squares, pulls = moments(seen.local, metric, pull, starts)
     if spans.closed:
-        sums[:, 0] += sums[:, -1]
-    return sums[:, : spans.count]
+        squares[..., 0] += squares[..., -1]
+        pulls[..., 0] += pulls[..., -1]
+    squares, pulls = squares[..., : spans.count], pulls[..., : spans.count]
+    if not move_knots:
+        return local(squares, pulls, spans.matrices, None)
+    moved, directions = _knot_functions(curve)
+    return local(squares, pulls, np.concatenate([spans.matrices, moved], axis=1), directions)
 
 
-def _knot_directions(curve: Curve, x: Array, wrapped: Ints) -> Array:
-    """Return how the places at local parameters x (n,) move (3, d, n) when the three knots around them do.
+def _knot_functions(curve: Curve) -> tuple[Array, Array]:
+    """Return how the curve changes when the three knots around each span move, up to a change of the poles.
 
-    Those are the knot before the span's start, its start and its end, each moved by the length of the span after it;
-    up to a change of the poles. Moving knot t changes the curve by a piece of spline with a double knot at t, whose
-    second derivative jumps there by the curve's jump of the third: it is supported on the span before t and the two
-    after it.
+    Those are the knot before the span's start, its start and its end, each moved by the length of the span after it.
+    The change of each is a cubic of the span's local parameter, (4 powers, 3, m), along a direction, (d, 3, m). Moving
+    knot t changes the curve by a piece of spline with a double knot at t, whose second derivative jumps there by the
+    curve's jump of the third: it is supported on the span before t and the two after it.
     """
-    spans, m = curve.spans, curve.spans.count
+    spans = curve.spans
     h = spans.steps
     jumps = curve.third_jumps
     if spans.closed:
-        before, after, next_after = np.roll(h, 1), h, np.roll(h, -1)
+        before, after, next_after = shifted(h, 1), h, shifted(h, -1)
     else:  # knots 0 and m do not move; a knot stands a thousandth behind the end, for the last one that does
         jumps = np.concatenate([np.zeros((len(jumps), 1)), jumps], axis=1)
-        before, after, next_after = np.roll(h, 1), h, np.append(h[1:], 1e-3 * h[-1])
+        before, after, next_after = shifted(h, 1), h, np.append(h[1:], 1e-3 * h[-1])
     r, p = after, after + next_after
     ratio = (p + before) / (r + before)
     a = 1.0 / (6.0 * (p - p * p * ratio / r - p * p * (p - r) / ((r + before) * before)))
     b = -a * p * p * ratio / (r * r)
     c = a * p * p * (p - r) / ((r + before) * before * before)
     toward = -jumps * after  # of knot s
-    out = np.empty((3, len(jumps), len(x)))
-    earlier, later = (wrapped - 1) % m, (wrapped + 1) % m
-    step = h[wrapped]
-    first = a[earlier] * (step * (1.0 - x)) ** 3
+    cube = h**3
+    first, last = shifted(a, 1) * cube, shifted(c, -1) * cube
     if not spans.closed:
-        first[wrapped == 0] = 0.0
-    middle = a[wrapped] * (p[wrapped] - step * x) ** 3 + b[wrapped] * (step * (1.0 - x)) ** 3
-    last = c[later] * (step * x) ** 3
-    if not spans.closed:
-        last[wrapped == m - 1] = 0.0
-    for k, (knot, shape) in enumerate([(earlier, first), (wrapped, middle), (later, last)]):
-        out[k] = toward[:, knot] * shape
-    return out
+        first[0] = last[-1] = 0.0
+    shapes = np.zeros((4, 3, spans.count))
+    shapes[:, 0] = _FALLING * first
+    shapes[:, 1] = np.stack([a * p**3, -3.0 * a * p * p * h, 3.0 * a * p * h * h, -a * cube]) + _FALLING * (b * cube)
+    shapes[3, 2] = last
+    return shapes, np.stack([shifted(toward, 1), toward, shifted(toward, -1)], axis=1)
 
 
 def strays(trial: Trial) -> tuple[Array, Array]:

@@ -11,12 +11,17 @@ from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
 
+_FAR = 4.0  # a largest error that more spans will bring down sooner than passes
+_HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
+
 
 def grow(goal: Targets, knots: Array, u: Array) -> Trial:
     """Return a trial that meets the targets, with knots added where it did not."""
     dense = False
     while True:
-        trial = relax(start(goal, knots, u), 6, move_knots=False)
+        trial = start(goal, knots, u)
+        if trial.worst < _FAR:
+            trial = relax(trial, 6, move_knots=False)
         if trial.met or trial.curve.spans.count > 2 * len(u) + 8:
             return trial
         knots, u, goal = _bisected(trial), trial.u, trial.goal
@@ -76,10 +81,10 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int) -> Trial:
             fewer = other
         if fewer.met:
             trial, m = fewer, m - cut
-        elif cut == 1:
-            break
-        else:
-            cut //= 2
+            continue
+        if fewer.worst > _HOPELESS:
+            least = m - cut + 1
+        cut //= 2
     return trial
 
 

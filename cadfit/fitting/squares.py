@@ -1,31 +1,33 @@
-"""Least squares over spans: sums over the points of each, put into normal equations, solved in a narrow band."""
+"""Least squares over spans: moments of the points of each, put into normal equations, solved in a narrow band.
+
+On a span every function in question is a cubic of the local parameter x: the poles' basis functions, and those of knots
+that move. So of the points only the sums of x^0 to x^6 matter; what depends on the functions is done once for a span.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.linalg.lapack import dpbsv
 
 from cadfit.bezier import Array, Ints
 
-_A, _B = np.tril_indices(4)  # pairs of the four poles of a span
+_HANKEL = np.add.outer(np.arange(4), np.arange(4))  # which power a product of two powers is
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """Where the sums of `gathered` go in LAPACK's lower band form of the normal equations, and in their right side.
+    """Where the spans' `local` equations go in LAPACK's lower band form of the normal equations, and in their right.
 
     Span s touches blocks s to s + 3 of q unknowns each. Open: the first and the last block are held, and left out.
     Closed: blocks count modulo m, and are folded (0, m - 1, 1, m - 2, ...), which makes the cyclic band a plain one of
     twice the width, so that no bordered solve is needed. What is left out goes to one more entry, behind the others.
     """
 
-    source: Ints  # (k,): the sums that go into the matrix
-    entries: Ints  # (k, m): where to, in the flat band
-    right: Ints  # (4 q - knots,): the sums that go into the right side
-    rows: Ints  # likewise, (.., m): which unknown's
+    entries: Ints  # (pairs of a span's unknowns, m): where to, in the flat band
+    rows: Ints  # (unknowns of a span, m): whose right side
     shape: tuple[int, int]  # of the band
     order: Ints  # (blocks,): the place of each block that is not left out
 
@@ -40,84 +42,87 @@ def band(m: int, closed: bool, d: int, knots: bool) -> Band:
     count = blocks if closed else blocks - 2
     touched = (np.arange(m)[:, None] + np.arange(4)) % blocks  # (m, 4)
     used = np.ones((m, 4), dtype=bool) if closed else (place[touched] >= 0) & (place[touched] < count)
-    block, part, right = _unknowns(d, knots)
+    block, part = np.repeat(np.arange(4), d), np.tile(np.arange(d), 4)
+    if knots:  # of the knot before the span, its start, and its end, kept with poles 0 to 2
+        block, part = np.append(block, np.arange(3)), np.append(part, [d] * 3)
     unknown = place[touched[:, block]] * q + part  # (m, unknowns of a span)
-    i, j, source = _pairs(d, knots)
+    i, j = pairs(len(block))
     low, high = np.sort(np.stack([unknown[:, i], unknown[:, j]]), axis=0)
-    width = int((high - low)[used[:, block[i]] & used[:, block[j]]].max()) + 1
     kept = used[:, block[i]] & used[:, block[j]]
+    width = int((high - low)[kept].max(initial=0)) + 1
     entries = np.where(kept, (high - low) * (count * q) + low, width * count * q)
     rows = np.where(used[:, block], unknown, count * q)
     order = place if closed else place[1:-1]
-    return Band(source, entries.T.ravel(), right, rows.T.ravel(), (width, count * q), order)
+    return Band(entries.T.ravel(), rows.T.ravel(), (width, count * q), order)
 
 
-def _unknowns(d: int, knots: bool) -> tuple[Ints, Ints, Ints]:
-    """Return the block, the part and the sum on the right side of each unknown of a span: 4 d of poles, 3 of knots."""
-    block, part = np.repeat(np.arange(4), d), np.tile(np.arange(d), 4)
-    first = 10 * (d * (d + 1) // 2)
-    right = first + np.arange(4 * d)
-    if knots:
-        block, part = np.append(block, np.arange(3)), np.append(part, [d] * 3)
-        right = np.append(right, first + 4 * d + 12 * d + 6 + np.arange(3))
-    return block, part, right
+@cache
+def pairs(k: int) -> tuple[Ints, Ints]:
+    """Return the rows and columns of the lower triangle of a k by k matrix."""
+    return np.tril_indices(k)
 
 
-def _pairs(d: int, knots: bool) -> tuple[Ints, Ints, Ints]:
-    """Return pairs of unknowns of a span, each pair once, and the sum that belongs to it."""
-    pair = np.zeros((4, 4), dtype=np.intp)
-    pair[_A, _B] = pair[_B, _A] = np.arange(10)
-    metric = np.zeros((d, d), dtype=np.intp)
-    c, e = np.tril_indices(d)
-    metric[c, e] = metric[e, c] = np.arange(len(c))
-    i, j = np.tril_indices(4 * d)
-    source = pair[i // d, j // d] * len(c) + metric[i % d, j % d]
-    if knots:
-        first = 10 * len(c) + 4 * d
-        mixed_i, mixed_j = np.repeat(4 * d + np.arange(3), 4 * d), np.tile(np.arange(4 * d), 3)
-        mixed = first + (mixed_j // d * 3 + mixed_i - 4 * d) * d + mixed_j % d
-        k, low = np.tril_indices(3)
-        i, j = np.concatenate([i, mixed_i, 4 * d + k]), np.concatenate([j, mixed_j, 4 * d + low])
-        source = np.concatenate([source, mixed, first + 12 * d + np.arange(6)])
-    return i, j, source
+@cache
+def _symmetric(d: int) -> Ints:
+    """Return which entry of a lower triangle, stored in a row, each entry (d, d) of the symmetric matrix is."""
+    i, j = pairs(d)
+    out = np.zeros((d, d), dtype=np.intp)
+    out[i, j] = out[j, i] = np.arange(len(i))
+    return out
 
 
-def gathered(
-    basis: Array, metric: Array, pull: Array, starts: Ints, moves: Array | None, through: Array | None
-) -> Array:
-    """Return the sums (k, spans) over the points of each span that make up its part of the normal equations.
+def moments(x: Array, metric: Array, pull: Array, starts: Ints) -> tuple[Array, Array]:
+    """Return the sums (4, 4, d (d + 1) / 2, spans) of products of two powers of x, and those (4, d, spans) of one.
 
-    `basis` (4, n): how each point depends on the four poles. `metric` (d (d + 1) / 2, n): the lower triangle of the
-    weight of its residual. `pull` (d, n): metric times residual. Points starts[s] to starts[s + 1] belong to span s.
-    `moves` (3, d, n): how each point depends on three knots, `through` (3, d, n) metric times that, where they move.
+    The first are weighted by `metric` (d (d + 1) / 2, n), the lower triangles of the weights of the points' residuals,
+    the second by `pull` (d, n), metric times residual. Points starts[s] to starts[s + 1] belong to span s.
     """
-    n = basis.shape[1]
-    d = len(pull)
-    poles = basis[_A] * basis[_B]
-    parts = [(poles[:, None] * metric).reshape(-1, n), (basis[:, None] * pull).reshape(-1, n)]
-    if moves is not None and through is not None:
-        k, low = np.tril_indices(3)
-        parts += [
-            (basis[:, None, None] * through).reshape(12 * d, n),
-            np.einsum("kdn,kdn->kn", moves[k], through[low]),
-            np.einsum("kdn,dn->kn", moves, pull),
-        ]
-    terms = np.concatenate(parts)
+    n, e, d = len(x), len(metric), len(pull)
+    powers = np.ones((7, n))
+    for k in range(1, 7):
+        np.multiply(powers[k - 1], x, out=powers[k])
+    terms = np.empty((7 * e + 4 * d, n))
+    np.multiply(powers[:, None], metric, out=terms[: 7 * e].reshape(7, e, n))
+    np.multiply(powers[:4, None], pull, out=terms[7 * e :].reshape(4, d, n))
     sums = np.add.reduceat(terms, np.minimum(starts[:-1], n - 1), axis=1)
     sums[:, starts[:-1] == starts[1:]] = 0.0
-    return np.asarray(sums)
+    return sums[: 7 * e].reshape(7, e, -1)[_HANKEL], sums[7 * e :].reshape(4, d, -1)
 
 
-def solve(sums: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]) -> Array:
-    """Return the unknowns (blocks not left out, q) that satisfy the normal equations.
+def local(squares: Array, pulls: Array, functions: Array, moves: Array | None) -> tuple[Array, Array]:
+    """Return each span's part of the normal equations, (pairs of unknowns, m), and of their right side, (unknowns, m).
 
-    `sums` (k, m) as `gathered`. `damping` (q,) is added to the diagonal, relative to its mean over all coordinates (so
-    that a turn of the axes changes nothing) or over the knots. `held`: blocks, and the unit directions (d,) that their
-    poles may move in.
+    `squares` and `pulls` as `moments`. `functions` (4 powers, 4, m): those that four poles (4 d unknowns) count with;
+    or (4 powers, 7, m): those of three knots behind them, each along its direction `moves` (d, 3, m).
+    """
+    d, m = pulls.shape[1:]
+    half = np.einsum("pqem,qbm->pbem", squares, functions)
+    whole = np.einsum("pam,pbem->abem", functions, half)[:, :, _symmetric(d)]  # (a, b, d, d, m)
+    right = np.einsum("pam,pcm->acm", functions, pulls)
+    q = 4 * d + (0 if moves is None else 3)
+    matrix = np.empty((q, q, m))
+    matrix[: 4 * d, : 4 * d].reshape(4, d, 4 * d, m)[:] = whole[:4, :4].transpose(0, 2, 1, 3, 4).reshape(4, d, 4 * d, m)
+    if moves is None:
+        sides = right.reshape(4 * d, m)
+    else:
+        along = np.einsum("kacem,ckm->kaem", whole[4:], moves)
+        matrix[4 * d :, : 4 * d] = along[:, :4].reshape(3, 4 * d, m)
+        matrix[4 * d :, 4 * d :] = np.einsum("klem,elm->klm", along[:, 4:], moves)
+        sides = np.concatenate([right[:4].reshape(4 * d, m), np.einsum("kcm,ckm->km", right[4:], moves)])
+    return matrix[pairs(q)], sides
+
+
+def solve(
+    matrices: Array, sides: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]
+) -> Array:
+    """Return the unknowns (blocks not left out, q) that satisfy the normal equations made of `local` ones.
+
+    `damping` (q,) is added to the diagonal, relative to its mean over all d coordinates (so that a turn of the axes
+    changes nothing) or over the knots. `held`: blocks, and the unit directions (d,) that their poles may move in.
     """
     size, unknowns = layout.shape
-    matrix = np.bincount(layout.entries, sums[layout.source].ravel(), size * unknowns + 1)[:-1].reshape(layout.shape)
-    right = np.bincount(layout.rows, sums[layout.right].ravel(), unknowns + 1)[:-1]
+    matrix = np.bincount(layout.entries, matrices.ravel(), size * unknowns + 1)[:-1].reshape(layout.shape)
+    right = np.bincount(layout.rows, sides.ravel(), unknowns + 1)[:-1]
     diagonal = matrix[0].reshape(-1, len(damping))
     scale = diagonal.mean(axis=0)
     scale[:d] = scale[:d].mean()

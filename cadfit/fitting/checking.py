@@ -1,0 +1,156 @@
+"""What of a stretch a trial does not hold: all its points, and the curve between them, whichever were fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.bspline import BSpline
+from cadfit.fitting.deviation import straying_chords, unrolled
+from cadfit.fitting.matching import blocks, distances
+from cadfit.fitting.relax import Trial, feet, foot_steps, within
+from cadfit.fitting.targets import BULGE, Targets, bulges, cardinal_chain, straight_chain, targets, with_samples
+
+_FEET = 2  # Newton steps toward the foot points of those not fitted
+SURER = 0.97  # of the tolerance, for some of the points: so the others keep it sooner
+_EPS = float(np.finfo(np.float64).eps)
+_NONE = np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Points (n, d) about their middle at unit size, and what the fit is held to there.
+
+    `weights` (n,): of the points in the least squares. `tangents`: directions at the two ends, where given.
+    """
+
+    points: Array
+    tolerance: float
+    closed: bool
+    polyline: bool
+    weights: Array
+    tangents: tuple[Array | None, Array | None]
+
+    @cached_property
+    def room(self) -> Array:
+        """How far the curve may stray from each chord (chords,)."""
+        return room_of(chain_of(self.points, self.closed, self.polyline), self.tolerance)
+
+    def goal(self, rows: Ints) -> Targets:
+        """Return the targets that some of the points make; all of them with samples of the chain between."""
+        chain, weights = chain_of(self.points[rows], self.closed, self.polyline), self.weights[rows]
+        if len(rows) < len(self.points):
+            tolerance = SURER * self.tolerance
+            room = self.tolerance + BULGE * self._left_out(rows)
+            return targets(self.points[rows], chain, room, tolerance, weights, self.closed, self.tangents)
+        goal = targets(self.points, chain, self.room, self.tolerance, weights, self.closed, self.tangents)
+        return with_samples(goal, self.polyline)
+
+    def _left_out(self, rows: Ints) -> Array:
+        """Return how far the points between each of the rows (the first among them) and the next are from the chord."""
+        ends = np.append(rows, len(self.points)) if self.closed else rows
+        chord = np.repeat(np.arange(len(ends) - 1), np.diff(ends))
+        start, along = self.points[rows], np.diff(self.points[ends % len(self.points)], axis=0)
+        gap = self.points[: len(chord)] - start[chord]
+        along = along / np.maximum(np.linalg.norm(along, axis=1), _EPS)[:, None]
+        gap -= np.einsum("nd,nd->n", gap, along[chord])[:, None] * along[chord]
+        return np.asarray(np.sqrt(np.maximum.reduceat(np.einsum("nd,nd->n", gap, gap), ends[:-1])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Check:
+    """A trial's curve as a BSpline, and how all points of the stretch lie to it.
+
+    `u` (n,): their parameters; `error` (n,): their distances in tolerances; `straying`: the chords that the curve is
+    not certain to stay near.
+    """
+
+    trial: Trial
+    spline: BSpline
+    u: Array
+    error: Array
+    straying: Ints
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything holds."""
+        return float(self.error.max()) <= 1.0 and not len(self.straying)
+
+
+def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
+    """Return what of the stretch the trial, fitted to some of its points, does not hold.
+
+    Which chords the curve strays from is found where the points are within the tolerance.
+    """
+    points, goal, spans = stretch.points, trial.goal, trial.curve.spans
+    spline, u = spans.spline(trial.curve.poles), trial.u[goal.data]
+    if len(rows) < len(points):
+        u = _all_feet(stretch, trial, rows)
+    else:
+        u = feet(trial.curve, points.T, u, goal.period if stretch.closed else None)
+    if stretch.closed and u[0] < spans.knots[0]:
+        u += goal.period
+    twice, contour, at = unrolled(spline, points, u) if stretch.closed else (spline, points, u)
+    error = distances(twice, contour, at)[: len(points)] / stretch.tolerance
+    strayed = _strayed(stretch, twice, contour, at, rows) if error.max() <= 1.0 else _NONE
+    return Check(trial, spline, u, error, strayed)
+
+
+def _strayed(stretch: Stretch, spline: BSpline, points: Array, u: Array, rows: Ints) -> Ints:
+    """Return the chords that the curve is not certain to stay near."""
+    least = np.full(len(u) - 1, stretch.tolerance)
+    if len(rows) < len(stretch.points) and not len(straying_chords(spline, points, u, least)):
+        return _NONE  # of many chords, all do without the room that their bulge would give them
+    return straying_chords(spline, points, u, stretch.room)
+
+
+def _all_feet(stretch: Stretch, trial: Trial, rows: Ints) -> Array:
+    """Return the parameters (n,) of all points' foot points, in order, on a curve fitted to some rows of them.
+
+    They start from the polyline's lengths between those rows. Where foot points are out of order, which noise brings
+    about, they move by as little as can be: to the middle of the largest so far and the smallest still to come.
+    """
+    n, period = len(stretch.points), trial.goal.period
+    around = np.concatenate([stretch.points, stretch.points[:1]]) if stretch.closed else stretch.points
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(around, axis=0), axis=1))])
+    known = np.append(trial.u[trial.goal.data], trial.u[0] + period)
+    rows = np.append(rows, n)[: len(rows) + stretch.closed]
+    u = np.interp(along[:n], along[rows], known[: len(rows)])
+    reach = 2.0 * period / len(rows)
+    places, cycle = stretch.points.T, period if stretch.closed else None
+    square = _squares(trial, places, u, cycle)
+    for _ in range(_FEET):
+        moved = u + np.clip(foot_steps(trial.curve, places, u, cycle), -reach, reach)
+        if not stretch.closed:
+            moved = np.clip(moved, known[0], known[-2])
+        nearer = _squares(trial, places, moved, cycle)
+        u, square = np.where(nearer < square, moved, u), np.minimum(nearer, square)
+    if stretch.closed:
+        u = np.concatenate([u - period, u, u + period])
+    else:
+        u[0], u[-1] = known[0], known[-2]
+    u = 0.5 * (np.maximum.accumulate(u) + np.minimum.accumulate(u[::-1])[::-1])
+    return np.asarray(u[n : 2 * n] if stretch.closed else u)
+
+
+def _squares(trial: Trial, places: Array, u: Array, period: float | None) -> Array:
+    """Return the squared distances (n,) of places (d, n) from the curve at u (n,)."""
+    curve, square = trial.curve, np.empty(len(u))
+    for rows in blocks(len(u)):
+        at = within(curve, u[rows], period)
+        gap = curve.points(at, curve.spans.find(at)) - places[:, rows]
+        np.einsum("dn,dn->n", gap, gap, out=square[rows])
+    return square
+
+
+def chain_of(points: Array, closed: bool, polyline: bool) -> Array:
+    """Return the curve between points (n, d) that says how far a fit may stray: Bézier pieces (chords, 4, d)."""
+    return straight_chain(points, closed) if polyline else cardinal_chain(points, closed)
+
+
+def room_of(chain: Array, tolerance: float) -> Array:
+    """Return how far a fit may stray from each chord (chords,)."""
+    return tolerance + BULGE * bulges(chain, 0.02 * tolerance)
