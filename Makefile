@@ -32,7 +32,7 @@ format: $(CORE)/ready
 	$(CORE)/bin/ruff check --fix .
 	$(CORE)/bin/ruff format .
 
-bench: $(B123D)/ready
+bench: $(B123D)/ready $(CQ)/ready
 	$(B123D)/bin/python benchmarks/run.py
 
 # uv resolves and installs; where the machine has none, a copy of our own.
@@ -46,7 +46,8 @@ $(CORE)/ready: EXTRAS := .
 $(CORE)/ready: GROUPS := --group test --group lint
 $(B123D)/ready: EXTRAS := .[build123d,plot]
 $(CQ)/ready: EXTRAS := .[cadquery,plot]
-$(B123D)/ready $(CQ)/ready: GROUPS := --group test
+$(B123D)/ready: GROUPS := --group test --group bench
+$(CQ)/ready: GROUPS := --group test
 
 %/ready: pyproject.toml | $(UV)
 	$(UV) venv --quiet --clear --python $(PYTHON) $*

@@ -13,10 +13,11 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from peers import fitpack, judged, occt
 from rich.progress import track
 
 import cadfit
+
+from peers import fitpack, judged, occt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from corpus_data import ABSENT, PRESENT, curves

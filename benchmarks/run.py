@@ -1,11 +1,15 @@
-"""All tables the README quotes: python benchmarks/run.py, with a host's kernel installed."""
+"""The tables the README quotes: python benchmarks/run.py [name ...], with build123d's kernel installed; all by default.
 
-import curves
-import deviations
-import edges
-import tubes
+Together they take about an hour, most of it promise, literature and poles.
+"""
+
+import sys
+from importlib import import_module
+
+PARTS = ("curves", "tubes", "edges", "deviations", "fits", "poles", "chart", "literature", "promise")
 
 if __name__ == "__main__":
-    for part in (curves, tubes, edges, deviations):
+    for name in sys.argv[1:] or PARTS:
+        part = import_module(name)
         print(f"\n{part.__doc__}\n")
         print(part.table(), flush=True)
