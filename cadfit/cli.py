@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -17,17 +17,30 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from cadfit.bezier import Array
-    from cadfit.bspline import BSpline
-    from cadfit.files import Curves, Kind
+    from cadfit.files import Kind
 
 
 class Method(StrEnum):
-    """How a curve is put through the points."""
+    """How curves are made from points: within a tolerance of them, or through them all."""
 
+    tolerance = "tolerance"
     cardinal = "cardinal"
     local = "local"
     interpolate = "interpolate"
+
+
+class Between(StrEnum):
+    """What the tolerance means between two points."""
+
+    curve = "curve"
+    polyline = "polyline"
+
+
+class Effort(StrEnum):
+    """How much time fewer poles are worth."""
+
+    fast = "fast"
+    best = "best"
 
 
 class Unit(StrEnum):
@@ -44,8 +57,20 @@ In = Annotated[
 Out = Annotated[list[Path], typer.Option("-o", "--output", help="Where to; may be given several times.")]
 HowTo = Annotated[
     Method | None,
-    typer.Option("--method", help="Default: local; cardinal where --tension or --curvature is given."),
+    typer.Option("--method", help="Default: what the other options ask for, else local: through all points."),
 ]
+Within = Annotated[
+    float | None,
+    typer.Option("-t", "--tolerance", help="Fit with few poles, no point farther than this: certified."),
+]
+BetweenPoints = Annotated[
+    Between | None,
+    typer.Option("--between", help="tolerance: the points are samples of a curve, or the shape's vertices.  [curve]"),
+]
+Corners = Annotated[
+    str | None, typer.Option(help="tolerance: auto, none, an angle in degrees, or rows (3,17 or 5,).  [auto]")
+]
+HowLong = Annotated[Effort | None, typer.Option("--effort", help="tolerance: fast, or fewer poles.  [best]")]
 Tension = Annotated[float | None, typer.Option(help="cardinal: length of the tangents.  [default: 0.5]")]
 Curvature = Annotated[
     float | None, typer.Option(help="cardinal: part of the curvature kept at the points, 0 to 1.  [default: 0]")
@@ -119,6 +144,10 @@ def _top(
 def fit(
     source: In,
     output: Out,
+    tolerance: Within = None,
+    between: BetweenPoints = None,
+    corners: Corners = None,
+    effort: HowLong = None,
     method: HowTo = None,
     tension: Tension = None,
     curvature: Curvature = None,
@@ -126,13 +155,15 @@ def fit(
     unit: InUnit = Unit.mm,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a B-spline through points, and write it to .step .stp .brep .json .csv."""
+    """Fit B-splines to points, within a tolerance or through all, and write them to .step .stp .brep .json .csv."""
     from cadfit.files import read
+    from cadfit.methods import How, made
 
-    with _busy(f"fitting {source}", quiet):
+    how = How(method, closed, tension, curvature, tolerance, between, corners, effort)
+    with _busy(f"fitting {source}", quiet) as progress:
         _check(source, output, "curves")
         with _about(source):
-            curves, said = _fitted(read(source), method, tension, curvature, closed)
+            curves, said = made(read(source), how, progress)
         _write(source, output, "curves", curves.dimension, curves, unit)
     _report(str(source), said, output, quiet)
 
@@ -154,19 +185,22 @@ def tube(
     from cadfit.files import Curves, read
     from cadfit.files.facts import facts, summary
     from cadfit.joining import join
+    from cadfit.methods import How, made
     from cadfit.sweeping.mesh import tube as swept
 
-    how = (method, tension, curvature, closed)
+    how = How(method, closed, tension, curvature)
     with _busy(f"sweeping along {source}", quiet):
         _check(source, output, "mesh")
         with _about(source):
+            if method is Method.tolerance:
+                raise ValueError("fit within a tolerance first (cadfit fit IN -t ... -o curve.json), then sweep that")
             found = read(source, unit.value)
             if isinstance(found, Curves):
-                if any(given is not None for given in how):
+                if how != How():
                     raise ValueError("holds curves: --method, --tension, --curvature and --closed are for points")
                 curves, said = found, summary(found)
             else:
-                curves, said = _fitted(found, *how)
+                curves, said = made(found, how)
             mesh = swept(join(curves.curves), radius, tolerance)
         _write(source, output, "mesh", 3, mesh, unit)
     of_mesh = facts(mesh)
@@ -186,56 +220,6 @@ def info(
     with _busy(f"reading {file}", quiet=False), _about(file):
         found = facts(read(file, unit.value))
     _report(str(file), found, [], quiet=False)
-
-
-def _fitted(
-    found: Any, method: Method | None, tension: float | None, curvature: float | None, closed: bool | None
-) -> tuple[Curves, dict[str, str]]:
-    """Return the curve through what a file of points holds, and what to report of it."""
-    import numpy as np
-
-    from cadfit.files import Curves
-    from cadfit.files.facts import summary
-    from cadfit.fitting.deviation import deviation
-    from cadfit.points.clean import clean
-
-    cardinal = tension is not None or curvature is not None
-    method = method or (Method.cardinal if cardinal else Method.local)
-    if cardinal and method is not Method.cardinal:
-        raise ValueError(f"--tension and --curvature go with --method cardinal, not {method.value}")
-    if not isinstance(found, np.ndarray):
-        raise ValueError(f"points are needed, and it holds {'curves' if isinstance(found, Curves) else 'a mesh'}")
-    points = clean(found, closed)
-    if closed is None and points.closed:
-        _warn_of_corner_at_seam(points.points)
-    spline = _through(points.points, method, tension, curvature, points.closed)
-    curves = Curves((spline,), points.closed, deviation(spline, points.points, points.closed))
-    read_in = {"points read": str(len(found)), "repeats dropped": str(len(points.dropped)), "method": method.value}
-    return curves, read_in | summary(curves)
-
-
-def _warn_of_corner_at_seam(points: Array) -> None:
-    """Say so where a contour taken for closed turns sharply at its seam, as an airfoil does at its trailing edge."""
-    import numpy as np
-
-    before, after = points[0] - points[-1], points[1] - points[0]
-    turn = np.degrees(np.arccos(np.clip(before @ after / np.sqrt((before @ before) * (after @ after)), -1.0, 1.0)))
-    if turn > 60.0:
-        warnings.warn(
-            f"the last row repeats the first, so the curve is closed and smooth there, though the points turn by "
-            f"{turn:.0f} degrees; --open keeps that corner sharp, --closed says it is meant",
-            stacklevel=2,
-        )
-
-
-def _through(points: Array, method: Method, tension: float | None, curvature: float | None, closed: bool) -> BSpline:
-    import cadfit
-
-    if method is Method.cardinal:
-        return cadfit.cardinal_spline(points, 0.5 if tension is None else tension, curvature or 0.0, closed)
-    if method is Method.local:
-        return cadfit.local_spline(points, closed)
-    return cadfit.interpolate(points, closed=closed)
 
 
 def _check(source: Path, outputs: list[Path], kind: Kind, dimension: int | None = None) -> None:
@@ -271,16 +255,18 @@ def _about(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _busy(what: str, quiet: bool) -> Iterator[None]:
-    """Turn a spinner on a terminal while the block runs."""
+def _busy(what: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
+    """Show a bar on a terminal while the block runs; give what moves it, from 0 to 1. It pulses until that is used."""
     if quiet or not sys.stderr.isatty():
-        yield
+        yield None
         return
     from rich.console import Console
     from rich.markup import escape
+    from rich.progress import Progress
 
-    with Console(stderr=True).status(escape(what)):
-        yield
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(escape(what), total=None)
+        yield lambda part: progress.update(task, total=1.0, completed=part)
 
 
 def _report(title: str, facts: dict[str, str], written: list[Path], quiet: bool) -> None:

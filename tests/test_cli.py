@@ -93,6 +93,35 @@ def test_fit_writes_the_curve_of_the_method(run, options, curve):
     assert float(said(out)["deviation between"]) == pytest.approx(found.deviation.between, rel=1e-2)
 
 
+@pytest.mark.parametrize(
+    ("options", "how"),
+    [
+        ([], {}),
+        (["--effort", "fast"], {"effort": "fast"}),
+        (["--between", "polyline", "--effort", "fast"], {"between": "polyline", "effort": "fast"}),
+        (["--corners", "none", "--method", "tolerance"], {"corners": None}),
+        (["--corners", "50"], {"corners": np.radians(50)}),
+        (["--corners", "2,4,"], {"corners": [2, 4]}),
+        (["--closed"], {"closed": True}),
+    ],
+)
+def test_fit_within_a_tolerance(run, options, how):
+    outline = np.array([[0, 0], [1, 0.1], [2, 0], [2.1, 1], [2, 2], [1, 1.9], [1, 1.9], [0, 2], [-0.1, 1]])
+    write("outline.csv", outline)
+    status, out, err = run("fit", "outline.csv", "-t", "0.02", "-o", "out.json", "-o", "poles.csv", *options)
+    assert (status, err) == (0, "")
+    expected = cadfit.fit(outline, 0.02, **how)
+    found = read("out.json")
+    assert len(found.curves) == len(expected.curves)
+    assert all(a.isclose(b, 0.0) for a, b in zip(found.curves, expected.curves, strict=True))
+    assert found.closed == expected.closed
+    assert found.deviation.points == expected.deviation.points <= 0.02
+    facts = said(out)
+    assert (facts["points read"], facts["repeats dropped"]) == ("9", "1")
+    assert (facts["corners"], facts["poles"]) == (str(len(expected.corners)), str(expected.poles))
+    assert facts["tolerance"].startswith("0.02, at the points")
+
+
 def test_fit_sees_closed_contours_and_counts_repeats(run):
     square = [[0, 0], [1, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
     write("square.txt", square)
@@ -176,7 +205,32 @@ MISTAKES = {
     "method": (["fit", "helix.csv", "-o", "a.json", "--method", "best"], "Invalid value for '--method'"),
     "tension of local": (
         ["fit", "helix.csv", "-o", "a.json", "--method", "local", "--tension", "1"],
-        "helix.csv: --tension and --curvature go with --method cardinal, not local",
+        "helix.csv: --tension: for --method cardinal, not local",
+    ),
+    "effort of cardinal": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--effort", "fast", "--tension", "1", "--method", "cardinal"],
+        "helix.csv: --tolerance and --effort: for --method tolerance, not cardinal",
+    ),
+    "no tolerance": (
+        ["fit", "helix.csv", "-o", "a.json", "--corners", "none"],
+        "helix.csv: how far may the curve be from the points? --tolerance says it",
+    ),
+    "too small a tolerance": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1e-30"],
+        "helix.csv: the tolerance must be at least",
+    ),
+    "corners": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", "some"],
+        "helix.csv: --corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not 'some'",
+    ),
+    "corners out of range": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", "3,99"],
+        "helix.csv: corners must be rows of the points, 0 to 39",
+    ),
+    "between": (["fit", "helix.csv", "-o", "a.json", "-t", "1", "--between", "x"], "Invalid value for '--between'"),
+    "tube within a tolerance": (
+        ["tube", "helix.csv", "--radius", "1", "-o", "a.stl", "--method", "tolerance"],
+        "helix.csv: fit within a tolerance first (cadfit fit IN -t ... -o curve.json), then sweep that",
     ),
     "number": (["fit", "helix.csv", "-o", "a.json", "--tension", "x"], "Invalid value for '--tension'"),
     "not a number": (["fit", "helix.csv", "-o", "a.json", "--tension", "nan"], "helix.csv: "),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from heapq import heapify, heappop, heappush
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
 
+_SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 
@@ -25,6 +28,8 @@ def grow(goal: Targets, knots: Array, u: Array) -> Trial:
         if trial.met or trial.curve.spans.count > 2 * len(u) + 8:
             return trial
         knots, u, goal = _bisected(trial), trial.u, trial.goal
+        if len(knots) == len(trial.curve.spans.knots):
+            return trial
         if not dense and len(knots) > 0.75 * goal.data.sum():
             dense = True
             first, second = at_points(goal, 0.5)
@@ -36,7 +41,10 @@ def grow(goal: Targets, knots: Array, u: Array) -> Trial:
 
 
 def _bisected(trial: Trial) -> Array:
-    """Return the knots with each failing span cut in two or more, at quantiles of its parameters."""
+    """Return the knots with each failing span cut in two or more, at quantiles of its parameters.
+
+    Spans of next to no length are left: no curve passes points there that come in another order than along it.
+    """
     spans, u = trial.curve.spans, trial.u
     span = spans.find(u)
     worst = np.zeros(spans.count + 1)
@@ -45,7 +53,7 @@ def _bisected(trial: Trial) -> Array:
         worst[0] = max(worst[0], worst[-1])
     starts = np.searchsorted(span, np.arange(spans.count + 1))
     new = [spans.knots]
-    for s in np.flatnonzero(worst[:-1] > 1.0):
+    for s in np.flatnonzero((worst[:-1] > 1.0) & (spans.steps > _SHORTEST * (spans.knots[-1] - spans.knots[0]))):
         a, b = spans.knots[s], spans.knots[s + 1]
         inside = starts[s + 1] - starts[s]
         parts = int(np.clip(np.ceil(worst[s] ** 0.25), 2, 8))
@@ -106,14 +114,23 @@ def exchanged(trial: Trial) -> Array:
 
 def by_removal(trial: Trial, m: int) -> Array:
     """Return the knots without those that are missed least."""
-    spans, missed = trial.curve.spans, _missed(trial)
+    spans = trial.curve.spans
+    missed = _missed(trial).tolist()
     gone = np.zeros(len(missed), dtype=bool)
-    for _ in range(spans.count - m):
-        k = int(np.argmin(np.where(gone, np.inf, missed)))
+    queue = [(least, k) for k, least in enumerate(missed)]
+    heapify(queue)
+    left = spans.count - m
+    while left:
+        least, k = heappop(queue)
+        if gone[k] or least != missed[k]:
+            continue
         gone[k] = True
+        left -= 1
         for j in (k - 1, k + 1):  # each removal makes its neighbours dearer
             if spans.closed or 0 <= j < len(missed):
-                missed[j % len(missed)] *= 4.0
+                j %= len(missed)
+                missed[j] *= 4.0
+                heappush(queue, (missed[j], j))
     return _without(spans, gone)
 
 

@@ -112,9 +112,7 @@ def local(squares: Array, pulls: Array, functions: Array, moves: Array | None) -
     return matrix[pairs(q)], sides
 
 
-def solve(
-    matrices: Array, sides: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]
-) -> Array:
+def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]) -> Array:
     """Return the unknowns (blocks not left out, q) that satisfy the normal equations made of `local` ones.
 
     `damping` (q,) is added to the diagonal, relative to its mean over all d coordinates (so that a turn of the axes

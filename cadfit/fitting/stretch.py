@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from math import fsum
 
 import numpy as np
@@ -113,28 +114,40 @@ def _found(stretch: Stretch, best: bool) -> Check:
     grown, rows = _mended(stretch, trial, rows)
     if not grown.passed:
         grown, rows = _surely(stretch), np.arange(n)
+        if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
+            return grown
     fewer, _ = _mended(stretch, fewest(grown.trial, *effort), rows)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
 
 
 def _mended(stretch: Stretch, trial: Trial, rows: Ints) -> tuple[Check, Ints]:
     """Return the check of the trial, fitted again with more points or targets where it did not pass; and its rows."""
-    n, left = len(stretch.points), _ROUNDS
-    while True:
-        check = checked(stretch, trial, rows)
-        left -= 1
-        if check.passed or not trial.met or (left < 0 and len(rows) == n):
+    n, least = len(stretch.points), 0
+    check = checked(stretch, trial, rows)
+    for turn in count():
+        whole = len(rows) == n
+        if check.passed or (whole and (turn >= _ROUNDS or not trial.met)):
             break
-        if len(rows) < n:
-            rows = more_rows(check, rows, 0 if left > 0 else 2 * len(rows))
-            goal = carried(stretch.goal(rows), check, rows)
-            trial = start(goal, trial.curve.spans.knots, goal.u)
+        if whole:
+            trial = _met(_watched(trial, check.straying))
         else:
-            trial = _watched(trial, check.straying)
-        trial = relax(trial, 8, move_knots=True)
-        if not trial.met:
-            trial = grow(trial.goal, trial.curve.spans.knots, trial.u)
+            rows = more_rows(check, rows, least)
+            goal = carried(stretch.goal(rows), check, rows)
+            spans = trial.curve.spans
+            fitted = _met(start(goal, spans.knots, goal.u))
+            spiky = not fitted.met or fitted.curve.spans.count > 1.5 * spans.count + 8
+            least = 4 * len(rows) if spiky or turn >= _ROUNDS else 0
+            if spiky and len(rows) < n:
+                continue  # too few points: what passes them all would miss the others by far
+            trial = fitted
+        check = checked(stretch, trial, rows)
     return check, rows
+
+
+def _met(trial: Trial) -> Trial:
+    """Return a trial that meets the targets, if one is found, with knots added where moving them does not do."""
+    trial = relax(trial, 24, move_knots=True)
+    return trial if trial.met else grow(trial.goal, trial.curve.spans.knots, trial.u)
 
 
 def _watched(trial: Trial, chords: Ints) -> Trial:

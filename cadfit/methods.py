@@ -1,0 +1,142 @@
+"""The ways of the command line to make curves from the points of a file, and what to report of them.
+
+Imported when a command runs, so that `cadfit --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import cadfit
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline
+from cadfit.files import Curves
+from cadfit.files.facts import summary
+
+Made = tuple[Curves, dict[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class How:
+    """How curves are to be made: the command line's options, None where one was not given."""
+
+    method: str | None = None
+    closed: bool | None = None
+    tension: float | None = None
+    curvature: float | None = None
+    tolerance: float | None = None
+    between: str | None = None
+    corners: str | None = None
+    effort: str | None = None
+
+    def given(self, *names: str) -> list[str]:
+        """Return those of the options, as they are typed, that were given."""
+        return [f"--{name}" for name in names if getattr(self, name) is not None]
+
+    @property
+    def chosen(self) -> str:
+        """The method: what the other options ask for where none is named.
+
+        Raises ValueError where options do not go together.
+        """
+        its = {"tolerance": ("tolerance", "between", "corners", "effort"), "cardinal": ("tension", "curvature")}
+        asked = [method for method, options in its.items() if self.given(*options)]
+        method = self.method or (asked[0] if asked else "local")
+        for other in asked:
+            if other != method:
+                raise ValueError(f"{' and '.join(self.given(*its[other]))}: for --method {other}, not {method}")
+        if method == "tolerance" and self.tolerance is None:
+            raise ValueError("how far may the curve be from the points? --tolerance says it")
+        return method
+
+
+def made(found: Any, how: How, progress: Callable[[float], None] | None = None) -> Made:
+    """Return the curves made from what a file of points holds, and names and values to report.
+
+    Raises ValueError for what is not points, and as the methods do.
+    """
+    if not isinstance(found, np.ndarray):
+        raise ValueError(f"points are needed, and it holds {'curves' if isinstance(found, Curves) else 'a mesh'}")
+    method = how.chosen
+    return _within(found, how, progress) if method == "tolerance" else _through(found, how, method)
+
+
+def _within(points: Array, how: How, progress: Callable[[float], None] | None) -> Made:
+    """Fit within the tolerance."""
+    assert how.tolerance is not None
+    fit = cadfit.fit(
+        points,
+        how.tolerance,
+        closed=how.closed,
+        corners=corners_of(how.corners or "auto"),
+        between="polyline" if how.between == "polyline" else "curve",
+        effort="fast" if how.effort == "fast" else "best",
+        progress=progress,
+    )
+    curves = Curves(fit.curves, fit.closed, fit.deviation)
+    said = {
+        "points read": str(len(points)),
+        "repeats dropped": str(len(fit.cleaned)),
+        "tolerance": f"{fit.tolerance:g}, {_RULES[how.between or 'curve']}",
+        "corners": str(len(fit.corners)),
+    }
+    return curves, said | summary(curves)
+
+
+_RULES = {"curve": "at the points; no wiggle between", "polyline": "at the points and between"}
+
+
+def corners_of(text: str) -> Any:
+    """Return what `cadfit.fit` takes for corners written as auto, none, an angle in degrees, or rows with commas.
+
+    Raises ValueError for anything else.
+
+    >>> corners_of("auto"), corners_of("none"), round(corners_of("180"), 4), corners_of("3,17"), corners_of("5,")
+    ('auto', None, 3.1416, [3, 17], [5])
+    """
+    if text in ("auto", "none"):
+        return "auto" if text == "auto" else None
+    try:
+        return [int(row) for row in text.split(",") if row.strip()] if "," in text else float(np.radians(float(text)))
+    except ValueError:
+        raise ValueError(
+            f"--corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not {text!r}"
+        ) from None
+
+
+def _through(points: Array, how: How, method: str) -> Made:
+    """Put a curve through all points."""
+    cleaned = cadfit.clean(points, how.closed)
+    if how.closed is None and cleaned.closed:
+        _warn_of_corner_at_seam(cleaned.points)
+    spline = _interpolant(cleaned.points, how, method, cleaned.closed)
+    curves = Curves((spline,), cleaned.closed, cadfit.deviation(spline, cleaned.points, cleaned.closed))
+    said = {"points read": str(len(points)), "repeats dropped": str(len(cleaned.dropped)), "method": method}
+    return curves, said | summary(curves)
+
+
+def _interpolant(points: Array, how: How, method: str, closed: bool) -> BSpline:
+    if method == "cardinal":
+        tension = 0.5 if how.tension is None else how.tension
+        return cadfit.cardinal_spline(points, tension, how.curvature or 0.0, closed)
+    if method == "local":
+        return cadfit.local_spline(points, closed)
+    return cadfit.interpolate(points, closed=closed)
+
+
+def _warn_of_corner_at_seam(points: Array) -> None:
+    """Say so where a contour taken for closed turns sharply at its seam, as an airfoil does at its trailing edge."""
+    before, after = points[0] - points[-1], points[1] - points[0]
+    turn = np.degrees(np.arccos(np.clip(before @ after / np.sqrt((before @ before) * (after @ after)), -1.0, 1.0)))
+    if turn > 60.0:
+        warnings.warn(
+            f"the last row repeats the first, so the curve is closed and smooth there, though the points turn by "
+            f"{turn:.0f} degrees; --open keeps that corner sharp, --closed says it is meant, and so does --tolerance, "
+            "which keeps all corners",
+            stacklevel=2,
+        )
