@@ -73,7 +73,7 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int) -> Trial:
     """
     m = trial.curve.spans.count
     least = 4 if trial.goal.closed else 1
-    cut = max(1, round(0.3 * m))
+    cut = max(1, round(0.4 * m))
     for _ in range(trials):
         cut = min(cut, m - least)
         if cut < 1:
