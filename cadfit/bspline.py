@@ -88,7 +88,7 @@ class BSpline:
     @property
     def size(self) -> float:
         """The diagonal of the box around the poles."""
-        return float(np.linalg.norm(np.ptp(self.poles, axis=0)))
+        return float(np.linalg.norm([np.ptp(column) for column in self.poles.T]))  # numpy is slow along short rows
 
     def __call__(self, u: ArrayLike) -> Array:
         """Return the points (..., d) at the parameters u (...).
