@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
+
 import numpy as np
 
 from cadfit.bezier import Array, Ints, restrict, split
@@ -78,15 +80,19 @@ def _largest_over_knots(start: Array, end: Array, steps: Array, bend: Array) -> 
     first, last = steps * steps * bend[:-1] / 6.0, steps * steps * bend[1:] / 6.0
     if len(steps) == 1:
         return largest_cubic(start, end, first[0], last[0])
-    turns = np.cumsum(steps * (bend[:-1] + bend[1:]), axis=0) / 2.0
+    turns = _running(0.5 * steps * (bend[:-1] + bend[1:]))
     falls = 2.0 * first + last
     falls[1:] += turns[:-1] * steps[1:]
-    along = np.cumsum(steps, axis=0)
-    along /= along[-1]
-    falls = np.cumsum(falls, axis=0)  # of a function that starts level, at zero
-    inner = start + along[:-1] * (end - start + falls[-1]) - falls[:-1]
+    falls = _running(falls)  # of a function that starts level, at zero
+    along = _running(steps)
+    inner = start + along[:-1] * ((end - start + falls[-1]) / along[-1]) - falls[:-1]
     values = np.concatenate([start[None], inner, end[None]])
     return np.asarray(largest_cubic(values[:-1], values[1:], first, last).max(axis=0))
+
+
+def _running(rows: Array) -> Array:
+    """Return the running sums of a few long rows, for which numpy's own go column by column."""
+    return np.array([*accumulate(rows)])
 
 
 def largest_cubic(start: Array, end: Array, first: Array, last: Array) -> Array:

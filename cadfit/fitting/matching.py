@@ -12,11 +12,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cadfit.bezier import Array, Ints
+from cadfit.bezier import Array, Ints, nearest
 from cadfit.bspline import BSpline
 
 _ROWS, _SAMPLES, _PAIRS = 1000, 8000, 4_000_000  # the most points, samples and pairs the dynamic programme takes
 _BLOCK = 1 << 13
+_NEAREST = 1.0 + 1e-6  # times the least distance there is: so near, it is not worth looking for better
 _ROUNDS = 5  # windows a sixth as wide each time: 1/7776 of the samples' spacing at the end
 
 
@@ -218,7 +219,8 @@ def _feet(spline: BSpline, points: Array, u: Array) -> Array:
         square, slope, rate = known = np.where(better, tried, known)
         best[rows] = here
         step = np.divide(slope, rate, out=np.zeros_like(slope), where=rate > 0)
-        trial = np.clip(here - np.clip(step, -reach, reach), low, high)
+        step = np.minimum(np.maximum(step, -reach), reach)
+        trial = np.minimum(np.maximum(here - step, low), high)
         # On to those that have much to gain, measured by the larger distances.
         going = slope * (here - trial) > 1e-8 * np.maximum(square, 1e-4 * square.max())
         going &= np.abs(trial - here) > 1e-14 * (high - low)
@@ -241,11 +243,12 @@ def _slopes(spline: BSpline, points: Array, u: Array) -> tuple[Array, Array, Arr
     which, own, start = np.cumsum(fresh) - 1, span[fresh], spline.knots[span]
     p0, p1, p2, p3 = spline.pieces_of(own).transpose(1, 2, 0)
     width = spline.knots[own + 1] - spline.knots[own]
+    square = width * width
     powers = [
         p0,
         (p1 - p0) * (3.0 / width),
-        (p0 - 2.0 * p1 + p2) * (3.0 / width**2),
-        (p3 - p0 + 3.0 * (p1 - p2)) / width**3,
+        (p0 - 2.0 * p1 + p2) * (3.0 / square),
+        (p3 - p0 + 3.0 * (p1 - p2)) / (square * width),
     ]
     base, first, second, third = np.stack(powers).take(which, axis=2)
     x = u - start
@@ -270,9 +273,17 @@ def _recheck_largest(spline: BSpline, points: Array, u: Array, distance: Array) 
         low = spline.domain[0] if rows.start == 0 else float(u[rows.start])
         high = spline.domain[1] if rows.stop == len(u) else float(u[rows.stop - 1])
         checked[rows] = True
-        if low < high:
+        if low < high and distance[worst] > _NEAREST * _least_distance(spline, points[worst], low, high):
             new = _matched(spline, points[rows], low, high)
             new_distance = distances(spline, points[rows], new)
             if new_distance.max() < distance[rows].max():
                 u[rows], distance[rows] = new, new_distance
     return u, distance
+
+
+def _least_distance(spline: BSpline, point: Array, low: float, high: float) -> float:
+    """Return the distance from the point to the spans between two parameters: no order makes it smaller."""
+    first, stop = np.searchsorted(spline.knots, low, side="right") - 1, np.searchsorted(spline.knots, high)
+    spans = np.arange(first, stop)
+    spans = spans[spline.knots[spans + 1] > spline.knots[spans]]
+    return float(nearest(spline.pieces_of(spans), point[None])[2][0])
