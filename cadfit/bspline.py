@@ -52,7 +52,7 @@ class BSpline:
             raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
         interior = knots[4:-4]
         crowded = interior[3:] == interior[:-3]
-        if np.any(crowded):
+        if crowded.any():
             raise ValueError(f"the interior knot {interior[np.argmax(crowded)]} stands more than three times")
 
     def __repr__(self) -> str:
