@@ -148,19 +148,20 @@ class BSpline:
         >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces_of(np.array([4]))[0, :, 0]
         array([2.25, 3.  , 4.  , 5.  ])
         """
-        t, i = self.knots, spans
-        a, b = t[i], t[i + 1]
+        t0, t1, a, b, t2, t3 = self.knots.take(spans + np.arange(-2, 4)[:, None])
         # Computed with a row for each coordinate: long rows are what numpy is quick at.
-        d0, d1, d2, d3 = (np.ascontiguousarray(self.poles[i - k].T) for k in (3, 2, 1, 0))
+        poles = self.poles.take(spans + np.arange(-3, 1)[:, None], axis=0).transpose(0, 2, 1)
+        d0, d1, d2, d3 = np.ascontiguousarray(poles)
 
-        def between(p: Array, q: Array, low: Array, high: Array, x: Array) -> Array:
-            return p + (x - low) / (high - low) * (q - p)
+        def between(p: Array, q: Array, ratio: Array) -> Array:
+            return p + ratio * (q - p)
 
         out = np.empty((4, *d0.shape))
-        out[1] = between(d1, d2, t[i - 1], t[i + 2], a)
-        out[2] = between(d1, d2, t[i - 1], t[i + 2], b)
-        out[0] = between(between(d0, d1, t[i - 2], b, a), out[1], t[i - 1], b, a)
-        out[3] = between(out[2], between(d2, d3, a, t[i + 3], b), a, t[i + 2], b)
+        inner = t2 - t1
+        out[1] = between(d1, d2, (a - t1) / inner)
+        out[2] = between(d1, d2, (b - t1) / inner)
+        out[0] = between(between(d0, d1, (a - t0) / (b - t0)), out[1], (a - t1) / (b - t1))
+        out[3] = between(out[2], between(d2, d3, (b - a) / (t3 - a)), (b - a) / (t2 - a))
         return out.transpose(2, 0, 1)
 
     def insert_knot(self, u: float, times: int = 1) -> BSpline:
