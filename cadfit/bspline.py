@@ -208,12 +208,15 @@ class BSpline:
     def reversed(self) -> BSpline:
         """Return the same curve run backwards, on the same domain.
 
+        Spans at its ends too short for the numbers at the other end become the shortest there are.
+
         >>> BSpline([[0.0], [1.0], [2.0], [4.0]], [0, 0, 0, 0, 1, 1, 1, 1]).reversed().poles[:, 0]
         array([4., 2., 1., 0.])
         """
         low, high = self.domain
         knots = low + high - self.knots[::-1]
         knots[:4], knots[-4:] = low, high
+        np.clip(knots[4:-4], np.nextafter(low, high), np.nextafter(high, low), out=knots[4:-4])
         return BSpline(self.poles[::-1], knots)
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike = 0.0) -> BSpline:
