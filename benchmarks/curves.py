@@ -2,7 +2,8 @@
 
 Each call starts from the points and ends with a curve; all choose parameters from the points (centripetal for
 scipy and `local_spline`, OCCT's own for OCCT, uniform for the paper's curve). One run, medians; ours and scipy's in
-turn, OCCT's after them.
+turn, at least five calls in a row, so that every size finds its memory at hand (a first call after others have handed
+theirs back waits for fresh pages: twice the time at 100,000 points); OCCT's after them.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def table() -> str:
     ]
     ours = {n: in_turn(helix(n), [cadfit.cardinal_spline, cadfit.local_spline, scipy_spline]) for n in SIZES}
     # By itself and last: the gigabytes it takes at 1e6 points would slow down whoever comes after it.
-    kernel = {n: in_turn(helix(n), [occt_spline], 3)[0] for n in SIZES}
+    kernel = {n: in_turn(helix(n), [occt_spline], 3, 1)[0] for n in SIZES}
     before = None
     for n, (cardinal, local, scipy) in ours.items():
         occt = kernel[n]
@@ -65,9 +66,9 @@ def table() -> str:
     return "\n".join(rows)
 
 
-def in_turn(points, functions, repeats=9):
+def in_turn(points, functions, repeats=9, calls_in_a_row=5):
     calls = [lambda function=function: function(points) for function in functions]
-    return interleaved(calls, repeats, max(1, 50_000 // len(points)))
+    return interleaved(calls, repeats, max(calls_in_a_row, 50_000 // len(points)))
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ class BSpline:
             raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
         interior = knots[4:-4]
         crowded = interior[3:] == interior[:-3]
-        if np.any(crowded):
+        if crowded.any():
             raise ValueError(f"the interior knot {interior[np.argmax(crowded)]} stands more than three times")
 
     def __repr__(self) -> str:
@@ -88,7 +88,7 @@ class BSpline:
     @property
     def size(self) -> float:
         """The diagonal of the box around the poles."""
-        return float(np.linalg.norm(np.ptp(self.poles, axis=0)))
+        return float(np.linalg.norm([np.ptp(column) for column in self.poles.T]))  # numpy is slow along short rows
 
     def __call__(self, u: ArrayLike) -> Array:
         """Return the points (..., d) at the parameters u (...).
@@ -148,19 +148,20 @@ class BSpline:
         >>> BSpline([[0.0], [1.0], [2.0], [4.0], [5.0]], [0, 0, 0, 0, 1, 2, 2, 2, 2]).pieces_of(np.array([4]))[0, :, 0]
         array([2.25, 3.  , 4.  , 5.  ])
         """
-        t, i = self.knots, spans
-        a, b = t[i], t[i + 1]
+        t0, t1, a, b, t2, t3 = self.knots.take(spans + np.arange(-2, 4)[:, None])
         # Computed with a row for each coordinate: long rows are what numpy is quick at.
-        d0, d1, d2, d3 = (np.ascontiguousarray(self.poles[i - k].T) for k in (3, 2, 1, 0))
+        poles = self.poles.take(spans + np.arange(-3, 1)[:, None], axis=0).transpose(0, 2, 1)
+        d0, d1, d2, d3 = np.ascontiguousarray(poles)
 
-        def between(p: Array, q: Array, low: Array, high: Array, x: Array) -> Array:
-            return p + (x - low) / (high - low) * (q - p)
+        def between(p: Array, q: Array, ratio: Array) -> Array:
+            return p + ratio * (q - p)
 
         out = np.empty((4, *d0.shape))
-        out[1] = between(d1, d2, t[i - 1], t[i + 2], a)
-        out[2] = between(d1, d2, t[i - 1], t[i + 2], b)
-        out[0] = between(between(d0, d1, t[i - 2], b, a), out[1], t[i - 1], b, a)
-        out[3] = between(out[2], between(d2, d3, a, t[i + 3], b), a, t[i + 2], b)
+        inner = t2 - t1
+        out[1] = between(d1, d2, (a - t1) / inner)
+        out[2] = between(d1, d2, (b - t1) / inner)
+        out[0] = between(between(d0, d1, (a - t0) / (b - t0)), out[1], (a - t1) / (b - t1))
+        out[3] = between(out[2], between(d2, d3, (b - a) / (t3 - a)), (b - a) / (t2 - a))
         return out.transpose(2, 0, 1)
 
     def insert_knot(self, u: float, times: int = 1) -> BSpline:
@@ -207,12 +208,15 @@ class BSpline:
     def reversed(self) -> BSpline:
         """Return the same curve run backwards, on the same domain.
 
+        Spans at its ends too short for the numbers at the other end become the shortest there are.
+
         >>> BSpline([[0.0], [1.0], [2.0], [4.0]], [0, 0, 0, 0, 1, 1, 1, 1]).reversed().poles[:, 0]
         array([4., 2., 1., 0.])
         """
         low, high = self.domain
         knots = low + high - self.knots[::-1]
         knots[:4], knots[-4:] = low, high
+        np.clip(knots[4:-4], np.nextafter(low, high), np.nextafter(high, low), out=knots[4:-4])
         return BSpline(self.poles[::-1], knots)
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike = 0.0) -> BSpline:

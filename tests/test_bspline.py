@@ -121,6 +121,18 @@ def test_affine_maps_commute_with_evaluation(spline, k, seed):
     assert np.all(apart <= allowed)
 
 
+@pytest.mark.parametrize("short", [1e-20, 1e-300])
+def test_reversed_keeps_end_spans_shorter_than_rounding(short):
+    """1 - 1e-20 is 1 in floating point: the reversed curve's last span is one unit in the last place long."""
+    poles = np.random.default_rng(0).normal(size=(6, 3))
+    spline = BSpline(poles, [0, 0, 0, 0, short, 0.5, 1, 1, 1, 1])
+    back = spline.reversed()
+    np.testing.assert_array_equal(back.poles, poles[::-1])
+    u = np.linspace(0, 1, 41)
+    np.testing.assert_allclose(back(1 - u), spline(u), rtol=0, atol=1e-14)
+    assert back.knots[-5] < 1
+
+
 @given(splines())
 def test_reversed_runs_backwards(spline):
     low, high = spline.domain

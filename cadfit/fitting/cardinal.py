@@ -15,6 +15,8 @@ from cadfit.bspline import BSpline, own
 from cadfit.joining import periodic
 from cadfit.points.clean import as_contour
 
+_BLOCK = 1 << 12  # points: what is computed for them stays in the cache, and takes no fresh memory
+
 
 def cardinal_pieces(points: ArrayLike, tension: float = 0.5, closed: bool = False) -> Array:
     """Return the cardinal spline through the points as Bézier pieces (m, 4, d), a C1 chain (steps 1 and 2 of FC2).
@@ -40,15 +42,20 @@ def _control_points(points: ArrayLike, tension: float, closed: bool) -> Array:
         raise ValueError(f"the tension must be a finite number, not {tension}")
     points = as_contour(points, closed)
     joints = np.concatenate([points, points[:1]]) if closed else points
-    handles = np.empty_like(joints)
-    np.subtract(joints[2:], joints[:-2], out=handles[1:-1])
-    handles[0] = joints[1] - joints[-2 if closed else 0]
-    handles[-1] = handles[0] if closed else joints[-1] - joints[-2]
-    handles *= tension / 3.0
-    control = np.empty((3 * len(joints) - 2, points.shape[1]))
-    control[0::3] = joints
-    control[1::3] = joints[:-1] + handles[:-1]
-    control[2::3] = joints[1:] - handles[1:]
+    share = tension / 3.0
+    last, d = len(joints) - 1, points.shape[1]
+    control = np.empty((3 * last + 1, d))
+    for start in range(1, last, _BLOCK):
+        stop = min(start + _BLOCK, last)
+        here, triples = joints[start:stop], control[3 * start - 1 : 3 * stop - 1].reshape(-1, 3, d)
+        handles = share * (joints[start + 1 : stop + 1] - joints[start - 1 : stop - 1])
+        triples[:, 0] = here - handles
+        triples[:, 1] = here
+        handles += here
+        triples[:, 2] = handles
+    first = share * (joints[1] - joints[-2 if closed else 0])
+    control[0], control[1] = joints[0], joints[0] + first
+    control[-2], control[-1] = joints[-1] - (first if closed else share * (joints[-1] - joints[-2])), joints[-1]
     return control
 
 
@@ -141,7 +148,7 @@ def point_triples(values: Array, first: Array, second: Array, before: Array, aft
     """
     triples = np.empty((3, *values.shape))
     left, middle, right = triples
-    third = second / 3.0
+    third = second * (1.0 / 3.0)
     np.multiply(before, third, out=left)
     np.subtract(first, left, out=left)
     left *= before

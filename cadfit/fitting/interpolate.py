@@ -12,7 +12,7 @@ from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.joining import periodic
 from cadfit.points.clean import as_contour
-from cadfit.points.parametrize import Parametrization, parametrize
+from cadfit.points.parametrize import Parametrization, parameters_of
 
 
 def interpolate(
@@ -37,7 +37,7 @@ def interpolate(
     (array([3., 4.]), array([0., 1.]))
     """
     given = as_contour(points, closed)
-    u = parametrize(given, parametrization, closed)
+    u = parameters_of(given, parametrization, closed)
     origin = given.mean(axis=0)  # far from zero, the system's rounding would show
     centred = given - origin
     if closed:

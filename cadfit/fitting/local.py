@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +13,13 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.cardinal import point_triples
 from cadfit.joining import periodic
 from cadfit.points.clean import as_contour
-from cadfit.points.parametrize import Parametrization, parametrize
+from cadfit.points.parametrize import Parametrization, parameters_of
 
 # The part of the speed along the slower neighbouring chord by which the five-point estimate may leave the three-point
 # one. On evenly sampled curves the two differ by less (4 % at 12 points a turn), so nothing is lost there; on rough
 # points 0.1 keeps the bulge over any chord below a quarter of its length (five points alone: up to 4 times its length).
 _TRUST = 0.1
-_BLOCK = 2560  # points: small enough for the cache, and for memory that is handed back and reused
+_BLOCK = 1536  # points: what is computed for them stays in the cache, and in memory that is not handed back
 
 
 def local_spline(points: ArrayLike, closed: bool = False, parametrization: Parametrization = "centripetal") -> BSpline:
@@ -48,7 +49,7 @@ def local_spline(points: ArrayLike, closed: bool = False, parametrization: Param
     7.63e-05
     """
     points = as_contour(points, closed)
-    u = parametrize(points, parametrization, closed)
+    u = parameters_of(points, parametrization, closed)
     trust = np.inf if parametrization == "uniform" else _TRUST
     return _closed_spline(points, u, trust) if closed else _open_spline(points, u, trust)
 
@@ -67,76 +68,104 @@ def neighbour_derivatives(points: Array, steps: Array, trust: float = np.inf) ->
     >>> bool(abs(first - 4 * x**3).max() < 1e-9), bool(abs(second - 12 * x**2).max() < 1e-9)
     (True, True)
     """
-    slopes = (points[:, 1:] - points[:, :-1]) / steps
-    derivatives = np.zeros((2, *points.shape))
-    if len(steps) == 1:
-        derivatives[0] = slopes
-        return derivatives
-    pairs = steps[:-1] + steps[1:]
-    bends = (slopes[:, 1:] - slopes[:, :-1]) / pairs  # second divided differences, at the inner points
-    first, second = derivatives
-    np.add(slopes[:, :-1], steps[:-1] * bends, out=first[:, 1:-1])
-    first[:, 0] = slopes[:, 0] - steps[0] * bends[:, 0]
-    first[:, -1] = slopes[:, -1] + steps[-1] * bends[:, -1]
-    np.multiply(bends, 2.0, out=second[:, 1:-1])
-    second[:, 0], second[:, -1] = second[:, 1], second[:, -2]
-    if len(steps) > 2:
-        corrections = _five_point_corrections(steps, pairs, bends)
+    d, n = points.shape
+    if n == 2:
+        slope = (points[:, 1:] - points[:, :1]) / steps
+        return np.stack([np.repeat(slope, 2, axis=1), np.zeros((d, 2))])
+    # One long row after the other, for which numpy is quickest; what falls across a joint is an end's, set at last.
+    values, spaced = points.ravel(), np.ones((d, n))
+    spaced[:, :-1] = steps
+    h = spaced.ravel()
+    slopes = np.empty(n * d)
+    np.subtract(values[1:], values[:-1], out=slopes[:-1])
+    slopes[-1] = 0.0
+    slopes /= h
+    pairs = h[:-1] + h[1:]
+    bends = slopes[1:-1] - slopes[:-2]  # second divided differences, from the second point on
+    bends /= pairs[:-1]
+    derivatives = np.empty((2, d, n))
+    first, second = derivatives.reshape(2, -1)[:, 1:-1]
+    np.multiply(h[:-2], bends, out=first)
+    first += slopes[:-2]
+    np.add(bends, bends, out=second)
+    derivatives[0, :, 0] = slopes[::n] - steps[0] * bends[::n]
+    derivatives[0, :, -1] = slopes[n - 2 :: n] + steps[-1] * bends[n - 3 :: n]
+    derivatives[1, :, 0], derivatives[1, :, -1] = derivatives[1, :, 1], derivatives[1, :, -2]
+    if n > 3:
+        corrections = _five_point_corrections(steps, h, pairs, bends)
         if trust < np.inf:
-            corrections *= _trusted_part(slopes, steps, corrections, trust)
+            _draw_back(corrections, slopes.reshape(d, n)[:, :-1], steps, trust)
         derivatives += corrections
     return derivatives
 
 
-def _five_point_corrections(steps: Array, pairs: Array, bends: Array) -> Array:
-    """Return what third and fourth divided differences add to the three-point derivatives, (2, d, n)."""
-    third = (bends[:, 1:] - bends[:, :-1]) / (pairs[:-1] + steps[2:])
-    fourth = np.zeros_like(bends)
-    if third.shape[1] > 1:
-        np.divide(third[:, 1:] - third[:, :-1], pairs[:-2] + pairs[2:], out=fourth[:, 1:-1])
-        fourth[:, 0], fourth[:, -1] = fourth[:, 1], fourth[:, -2]  # next to the ends: the quartic of the neighbour
-    mixed = np.empty_like(bends)  # the cubic's third difference, corrected for the quartic's
-    np.subtract(third, pairs[1:] * fourth[:, :-1], out=mixed[:, :-1])
-    mixed[:, -1] = third[:, -1] + pairs[-2] * fourth[:, -1]
-    corrections = np.empty((2, len(bends), len(steps) + 1))
-    before, after = steps[:-1], steps[1:]
-    product = before * after
-    np.multiply(-product, mixed, out=corrections[0, :, 1:-1])
-    np.add((2.0 * (before - after)) * mixed, (-2.0 * product) * fourth, out=corrections[1, :, 1:-1])
-    corrections[..., 0] = _end_corrections(steps[:3].cumsum(), third[:, 0], fourth[:, 0])
-    corrections[..., -1] = _end_corrections(-steps[:-4:-1].cumsum(), third[:, -1], fourth[:, -1])
+def _five_point_corrections(steps: Array, h: Array, pairs: Array, bends: Array) -> Array:
+    """Return what third and fourth divided differences add to the three-point derivatives, (2, d, n).
+
+    `h` are the steps, `pairs` their sums and `bends` the second divided differences, all coordinates in one row.
+    """
+    n = len(steps) + 1
+    third = bends[1:] - bends[:-1]
+    third /= pairs[:-2] + h[2:-1]
+    fourths = np.zeros((len(h) // n, n))
+    if n > 4:
+        fourth = fourths.ravel()[2:-2]
+        np.subtract(third[1:], third[:-1], out=fourth)
+        fourth /= pairs[:-3] + pairs[2:-1]
+        fourths[:, 1], fourths[:, -2] = fourths[:, 2], fourths[:, -3]  # next to the ends: the quartic of the neighbour
+    fourth = fourths.ravel()[1:-1]
+    mixed = np.empty(len(bends))  # the cubic's third difference, corrected for the quartic's
+    np.multiply(pairs[1:], fourth, out=mixed)
+    np.subtract(third, mixed[:-1], out=mixed[:-1])
+    mixed[n - 3 :: n] = third[n - 4 :: n] + (steps[-3] + steps[-2]) * fourths[:, -2]
+    corrections = np.empty((2, *fourths.shape))
+    first, second = corrections.reshape(2, -1)[:, 1:-1]
+    product = h[:-2] * h[1:-1]
+    np.multiply(product, mixed, out=first)
+    np.negative(first, out=first)
+    np.subtract(h[:-2], h[1:-1], out=second)
+    second *= mixed
+    product *= fourth
+    second -= product
+    second *= 2.0
+    corrections[..., 0] = _end_corrections(steps[:3], third[::n], fourths[:, 1])
+    corrections[..., -1] = _end_corrections(-steps[:-4:-1], third[n - 4 :: n], fourths[:, -2])
     return corrections
 
 
-def _end_corrections(offsets: Array, third: Array, fourth: Array) -> Array:
-    """The same at an end (2, d), with the signed parameter offsets (3,) of the next points."""
-    a, b, c = offsets.tolist()
+def _end_corrections(steps: Array, third: Array, fourth: Array) -> Array:
+    """The same at an end (2, d), with the signed parameter steps (3,) to the next points."""
+    a, b, c = accumulate(steps.tolist())
     parts = np.array([[a * b, -a * b * c], [-2.0 * (a + b), 2.0 * (a * b + a * c + b * c)]])
     return np.asarray(parts @ np.array([third, fourth]))
 
 
-def _trusted_part(slopes: Array, steps: Array, corrections: Array, trust: float) -> Array:
-    """Return the factors (n,) in (0, 1] that keep the corrections within their limit."""
+def _draw_back(corrections: Array, slopes: Array, steps: Array, trust: float) -> None:
+    """Shorten those corrections that go beyond their limit to it, in place."""
     speeds = np.einsum("dn,dn->n", slopes, slopes)
     first, second = np.einsum("kdn,kdn->kn", corrections, corrections)
-    limit, longer = np.empty(len(first)), np.empty(len(first))
+    limit, longer = np.empty((2, len(first)))
     np.minimum(speeds[:-1], speeds[1:], out=limit[1:-1])
     np.maximum(steps[:-1], steps[1:], out=longer[1:-1])
     limit[0], limit[-1], longer[0], longer[-1] = speeds[0], speeds[-1], steps[0], steps[-1]
     limit *= trust * trust
-    change = np.maximum(first, longer * longer * second)
-    return np.asarray(np.sqrt(limit / np.maximum(limit, change)))
+    longer *= longer
+    change = np.maximum(first, longer * second)
+    beyond = change > limit
+    if beyond.any():
+        corrections *= np.sqrt(np.divide(limit, change, out=np.ones_like(limit), where=beyond))
 
 
-def _derivative_blocks(points: Array, steps: Array, trust: float) -> Iterator[tuple[slice, Array, Array]]:
-    """Yield rows and their first and second derivatives, a block at a time: 1e6 points pass through the cache."""
+def _triples(points: Array, steps: Array, before: Array, after: Array, trust: float) -> Iterator[tuple[slice, Array]]:
+    """Yield rows and their points' triples of poles, a block at a time: 1e6 points pass through the cache."""
     n = len(points)
     for start in range(0, n, _BLOCK):
         stop = min(start + _BLOCK, n)
         low, high = max(start - 4, 0), min(stop + 4, n)  # enough for the ends' five points
         columns = np.ascontiguousarray(points[low:high].T)
-        first, second = neighbour_derivatives(columns, steps[low : high - 1], trust)[..., start - low : stop - low]
-        yield slice(start, stop), first, second
+        inner, rows = slice(start - low, stop - low), slice(start, stop)
+        first, second = neighbour_derivatives(columns, steps[low : high - 1], trust)[..., inner]
+        yield rows, point_triples(columns[:, inner], first, second, before[rows], after[rows])
 
 
 def _open_spline(points: Array, u: Array, trust: float) -> BSpline:
@@ -144,21 +173,21 @@ def _open_spline(points: Array, u: Array, trust: float) -> BSpline:
     if len(points) == 2:
         return BSpline(points[0] + np.arange(4.0)[:, None] / 3.0 * (points[1] - points[0]), np.repeat(u, 4))
     steps = u[1:] - u[:-1]
-    spans = steps / 3.0
-    spans[0], spans[-1] = steps[0] / 2.0, steps[-1] / 2.0
+    spans = np.empty(len(points) + 1)
+    spans[0] = spans[-1] = 0.0  # none before the first point, none after the last
+    np.divide(steps, 3.0, out=spans[1:-1])
+    spans[1], spans[-2] = steps[0] / 2.0, steps[-1] / 2.0
     n, d = points.shape
     poles, knots = np.empty((3 * n - 2, d)), np.empty(3 * n + 2)
-    poles[0], poles[-1] = points[0], points[-1]
-    for rows, first, second in _derivative_blocks(points, steps, trust):
+    for rows, triples in _triples(points, steps, spans[:-1], spans[1:], trust):
         start, stop = max(rows.start, 1), min(rows.stop, n - 1)
-        inner = slice(start - rows.start, stop - rows.start)
-        around = spans[start - 1 : stop - 1], spans[start:stop]
-        triples = point_triples(points[start:stop].T, first[:, inner], second[:, inner], *around)
-        poles[3 * start - 1 : 3 * stop - 1].reshape(triples.shape)[:] = triples
+        inner = triples[start - rows.start : stop - rows.start]
+        poles[3 * start - 1 : 3 * stop - 1].reshape(inner.shape)[:] = inner
         if rows.start == 0:
-            poles[1] = points[0] + spans[0] / 3.0 * first[:, 0]
+            poles[:2] = triples[0, :2]
         if rows.stop == n:
-            poles[-2] = points[-1] - spans[-1] / 3.0 * first[:, -1]
+            poles[-2:] = triples[-1, 1:]
+    spans = spans[1:-1]
     knots[:4], knots[-4:] = u[0], u[-1]
     inner_knots = knots[4:-4]  # the middle of the first interval; point, third, two thirds, ...; the last middle
     inner_knots[0], inner_knots[-1] = u[0] + spans[0], u[-2] + spans[-1]
@@ -175,9 +204,7 @@ def _closed_spline(points: Array, u: Array, trust: float) -> BSpline:
     spans = steps / 3.0
     around = np.arange(-4, n + 4) % n  # points more on each side make every point an inner one
     poles = np.empty((3 * n + 24, d))
-    before, after = spans[around - 1], spans[around]
-    for rows, first, second in _derivative_blocks(points[around], steps[around[:-1]], trust):
-        triples = point_triples(points[around[rows]].T, first, second, before[rows], after[rows])
+    for rows, triples in _triples(points[around], steps[around[:-1]], spans[around - 1], spans[around], trust):
         poles[3 * rows.start : 3 * rows.stop].reshape(triples.shape)[:] = triples
     knots = np.append((u[:-1, None] + spans[:, None] * np.arange(3.0)).ravel(), u[-1])
     return periodic(poles[13 : 13 + 3 * n], knots)  # from the first point's middle pole on

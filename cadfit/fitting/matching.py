@@ -12,35 +12,41 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cadfit.bezier import Array, Ints
+from cadfit.bezier import Array, Ints, nearest
 from cadfit.bspline import BSpline
 
 _ROWS, _SAMPLES, _PAIRS = 1000, 8000, 4_000_000  # the most points, samples and pairs the dynamic programme takes
 _BLOCK = 1 << 13
+_NEAREST = 1.0 + 1e-6  # times the least distance there is: so near, it is not worth looking for better
 _ROUNDS = 5  # windows a sixth as wide each time: 1/7776 of the samples' spacing at the end
 
 
-def match(spline: BSpline, points: Array) -> Array:
-    """Return parameters (n,), not falling, of checked points (n, d) along the spline.
+def match(spline: BSpline, points: Array) -> tuple[Array, Array]:
+    """Return parameters (n,), not falling, of checked points (n, d) along the spline, and their distances from there.
 
-    They make the largest distance as small as any ordered parameters do, to 0.05 %, where the branch found is the
-    right one: it is the best for a polyline of samples of the curve (of every point up to 1,000; of 1,000 points and
-    then wherever the largest distance stood, for more).
+    The largest distance is as small as any ordered parameters make it, to 0.05 %, where the branch found is the right
+    one: it is the best for a polyline of samples of the curve (of every point up to 1,000; of 1,000 points and then
+    wherever the largest distance stood, for more).
 
     >>> s = BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
-    >>> match(s, np.array([[0.0, 1.0], [1.5, 1.0], [3.0, 1.0]])).round(9)
-    array([0. , 0.5, 1. ])
+    >>> u, distance = match(s, np.array([[0.0, 1.0], [1.5, 1.0], [3.0, 1.0]]))
+    >>> u.round(9), distance
+    (array([0. , 0.5, 1. ]), array([1., 1., 1.]))
     """
     u = _interpolated(spline, points)
-    if u is not None and distances(spline, points, u).max() <= 64 * np.finfo(np.float64).eps * spline.size:
-        return u  # the curve passes through the points: no better foot can be told from rounding
+    if u is not None:
+        distance = distances(spline, points, u)
+        if distance.max() <= 64 * np.finfo(np.float64).eps * spline.size:
+            return u, distance  # the curve passes through the points: no better foot can be told from rounding
     if len(points) <= _ROWS:
-        return _matched(spline, points, *spline.domain)
+        u = _matched(spline, points, *spline.domain)
+        return u, distances(spline, points, u)
     if u is None or not _in_reach(spline, points, u):
         u = _spread(spline, points)
     feet = np.concatenate([_feet(spline, points[rows], u[rows]) for rows in blocks(len(u))])
     behind, ahead = np.maximum.accumulate(feet), np.minimum.accumulate(feet[::-1])[::-1]
-    return _recheck_largest(spline, points, 0.5 * (behind + ahead))
+    u = 0.5 * (behind + ahead)
+    return _recheck_largest(spline, points, u, distances(spline, points, u))
 
 
 def distances(spline: BSpline, points: Array, u: Array) -> Array:
@@ -201,40 +207,63 @@ def _squares(points: Array, samples: Array) -> tuple[Array, Array]:
 def _feet(spline: BSpline, points: Array, u: Array) -> Array:
     """Return the foot points (local minima of distance) that Newton's method reaches from u, each on its own."""
     low, high = spline.domain
-    best, rows = u.copy(), np.arange(len(u))
-    gap = spline(u) - points
-    square = np.einsum("nd,nd->n", gap, gap)
-    reach = np.full(len(u), (high - low) / (len(spline.distinct_knots) - 1))
-    for turn in range(20):
-        here, target = best[rows], points[rows]
-        velocity = spline.derivative(here)
-        slope = np.einsum("nd,nd->n", gap, velocity)
-        rate = flat = np.einsum("nd,nd->n", velocity, velocity)
-        if turn:  # Gauss and Newton's step first: where the distance is small, the bend hardly matters
-            rate = flat + np.einsum("nd,nd->n", gap, spline.derivative(here, 2))
-            rate = np.where(rate > 0.1 * flat, rate, flat)  # toward a minimum, never a maximum
+    best, rows, target = u.copy(), np.arange(len(u)), np.ascontiguousarray(points.T)
+    reach = np.full(len(u), (high - low) / (len(spline.poles) - 3))
+    here = trial = u
+    square, slope, rate = known = np.full((3, len(u)), np.inf)
+    for _ in range(20):
+        tried = _slopes(spline, target, trial)
+        better = tried[0] < square
+        here = np.where(better, trial, here)
+        reach = np.where(better, reach, 0.25 * np.minimum(reach, np.abs(trial - here)))
+        square, slope, rate = known = np.where(better, tried, known)
+        best[rows] = here
         step = np.divide(slope, rate, out=np.zeros_like(slope), where=rate > 0)
-        moved = np.clip(here - np.clip(step, -reach, reach), low, high)
-        moved_gap = spline(moved) - target
-        new, old = np.einsum("nd,nd->n", moved_gap, moved_gap), square[rows]
-        better = new < old
-        best[rows[better]], square[rows[better]] = moved[better], new[better]
-        reach = np.where(better, reach, 0.25 * np.minimum(reach, np.abs(step)))
-        # On to those that still gain (measured by the larger distances), or that overshot from a place that is no foot.
-        going = np.where(
-            better, old - new > 1e-8 * np.maximum(new, 1e-4 * new.max()), slope * slope > 1e-12 * flat * old
-        )
-        going &= np.abs(step) > 1e-14 * (high - low)
+        step = np.minimum(np.maximum(step, -reach), reach)
+        trial = np.minimum(np.maximum(here - step, low), high)
+        # On to those that have much to gain, measured by the larger distances.
+        going = slope * (here - trial) > 1e-8 * np.maximum(square, 1e-4 * square.max())
+        going &= np.abs(trial - here) > 1e-14 * (high - low)
         if not going.any():
             break
-        gap = np.where(better[going, None], moved_gap[going], gap[going])
-        rows, reach = rows[going], reach[going]
+        rows, here, trial, reach = rows[going], here[going], trial[going], reach[going]
+        target, known = target[:, going], known[:, going]
+        square = known[0]
     return best
 
 
-def _recheck_largest(spline: BSpline, points: Array, u: Array) -> Array:
-    """Match anew the stretch around the largest distance, until that does not reduce it."""
-    distance = distances(spline, points, u)
+def _slopes(spline: BSpline, points: Array, u: Array) -> tuple[Array, Array, Array]:
+    """Return the squares (n,) of the distances of points (d, n) from the curve at u, and half their slopes and rates.
+
+    Quickest where parameters are in order: Taylor's polynomial is computed once for neighbours in one span. Where the
+    distance curves down, or hardly up, the rate is Gauss and Newton's: toward a minimum, never a maximum.
+    """
+    span = np.minimum(np.searchsorted(spline.knots, u, side="right"), len(spline.poles)) - 1
+    fresh = np.concatenate([[True], span[1:] != span[:-1]])
+    which, own, start = np.cumsum(fresh) - 1, span[fresh], spline.knots[span]
+    p0, p1, p2, p3 = spline.pieces_of(own).transpose(1, 2, 0)
+    width = spline.knots[own + 1] - spline.knots[own]
+    square = width * width
+    powers = [
+        p0,
+        (p1 - p0) * (3.0 / width),
+        (p0 - 2.0 * p1 + p2) * (3.0 / square),
+        (p3 - p0 + 3.0 * (p1 - p2)) / (square * width),
+    ]
+    base, first, second, third = np.stack(powers).take(which, axis=2)
+    x = u - start
+    third *= x
+    gap = ((third + second) * x + first) * x + base - points
+    bend = 2.0 * (third + second)
+    velocity = (bend + third) * x + first
+    bend += 4.0 * third
+    square, slope, flat = (np.einsum("dn,dn->n", *pair) for pair in ((gap, gap), (gap, velocity), (velocity, velocity)))
+    rate = flat + np.einsum("dn,dn->n", gap, bend)
+    return square, slope, np.where(rate > 0.1 * flat, rate, flat)
+
+
+def _recheck_largest(spline: BSpline, points: Array, u: Array, distance: Array) -> tuple[Array, Array]:
+    """Match anew the stretch around the largest distance, until that does not reduce it; both are changed in place."""
     checked = np.zeros(len(u), dtype=bool)
     for _ in range(64):
         worst = int(np.argmax(distance))
@@ -244,9 +273,17 @@ def _recheck_largest(spline: BSpline, points: Array, u: Array) -> Array:
         low = spline.domain[0] if rows.start == 0 else float(u[rows.start])
         high = spline.domain[1] if rows.stop == len(u) else float(u[rows.stop - 1])
         checked[rows] = True
-        if low < high:
+        if low < high and distance[worst] > _NEAREST * _least_distance(spline, points[worst], low, high):
             new = _matched(spline, points[rows], low, high)
             new_distance = distances(spline, points[rows], new)
             if new_distance.max() < distance[rows].max():
                 u[rows], distance[rows] = new, new_distance
-    return u
+    return u, distance
+
+
+def _least_distance(spline: BSpline, point: Array, low: float, high: float) -> float:
+    """Return the distance from the point to the spans between two parameters: no order makes it smaller."""
+    first, stop = np.searchsorted(spline.knots, low, side="right") - 1, np.searchsorted(spline.knots, high)
+    spans = np.arange(first, stop)
+    spans = spans[spline.knots[spans + 1] > spline.knots[spans]]
+    return float(nearest(spline.pieces_of(spans), point[None])[2][0])

@@ -77,8 +77,8 @@ def as_contour(points: ArrayLike, closed: bool, least: int = 2) -> Array:
 def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
     """Return the points (n, d) checked and without consecutive repeats, with what was dropped.
 
-    `closed`: whether the curve returns to its first point; None: it does when the last row repeats the first (and
-    there are 3 distinct points).
+    `closed`: whether the curve returns to its first point; None: it does when the last row repeats the first and three
+    points or more are distinct. (Back and forth between two points is no contour: A, B, A, B, A stays open.)
 
     Raises ValueError naming the row for anything but numbers (`as_points`), and when fewer than 2 distinct points
     (closed: 3) are left.
@@ -92,14 +92,21 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
     kept = np.flatnonzero(fresh)
     returns = len(kept) > 1 and np.array_equal(array[kept[0]], array[kept[-1]])
     if closed is None:
-        closed = bool(returns and len(kept) > 3)
+        closed = bool(returns and _up_to_three(array[kept]) == 3)
     if closed and returns:
         kept = kept[:-1]
-    least = 3 if closed else 2
-    if len(kept) < least:
+    least, distinct = 3 if closed else 2, _up_to_three(array[kept])
+    if distinct < least:
         kind = "a closed curve" if closed else "a curve"
-        raise ValueError(f"{kind} needs at least {least} distinct points; the {len(array)} given have {len(kept)}")
+        raise ValueError(f"{kind} needs at least {least} distinct points; the {len(array)} given have {distinct}")
     return CleanPoints(array[kept], kept, np.flatnonzero(~fresh), closed)
+
+
+def _up_to_three(points: Array) -> int:
+    """Return how many points are distinct, at most 3; neighbours differ."""
+    if len(points) < 3:
+        return len(points)
+    return 2 + bool(np.any(np.any(points[2:] != points[0], axis=1) & np.any(points[2:] != points[1], axis=1)))
 
 
 def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:

@@ -13,6 +13,7 @@ from cadfit.points.clean import as_points
 
 Parametrization = Literal["uniform", "centripetal", "chord"]
 
+_BLOCK = 1 << 13  # points: their steps stay in the cache, and take no fresh memory
 _STEP: dict[str, Callable[[Array], Array]] = {"uniform": np.ones_like, "centripetal": np.sqrt, "chord": np.asarray}
 
 
@@ -29,18 +30,27 @@ def parametrize(points: ArrayLike, parametrization: Parametrization = "centripet
     >>> parametrize([[0, 0], [4, 0], [4, 9]], "centripetal").round(3)
     array([ 0. ,  5.2, 13. ])
     """
+    return parameters_of(as_points(points), parametrization, closed)
+
+
+def parameters_of(points: Array, parametrization: Parametrization, closed: bool) -> Array:
+    """Return `parametrize` for points that are checked."""
     if parametrization not in _STEP:
         raise ValueError(f"parametrization must be one of {get_args(Parametrization)}, not {parametrization!r}")
-    points = as_points(points)
     if closed:
         points = np.concatenate([points, points[:1]])
-    steps = points[1:] - points[:-1]
-    chords = np.sqrt(np.einsum("nd,nd->n", steps, steps))
+    chords = np.empty(len(points) - 1)
+    for start in range(0, len(chords), _BLOCK):
+        steps = points[start + 1 : start + 1 + _BLOCK] - points[start : min(start + _BLOCK, len(chords))]
+        steps *= steps
+        np.dot(steps, np.ones(steps.shape[1]), out=chords[start : start + _BLOCK])
+    np.sqrt(chords, out=chords)
     if not chords.all():
         row = int(np.argmin(chords))
         following = (row + 1) % (len(points) - closed)
         raise ValueError(f"rows {row} and {following} of the points are equal: drop repeats with cadfit.clean")
-    parameters = np.zeros(len(points))
-    np.cumsum(_STEP[parametrization](chords), out=parameters[1:])
+    parameters = np.empty(len(points))
+    parameters[0] = 0.0
+    np.add.accumulate(_STEP[parametrization](chords), out=parameters[1:])
     parameters *= chords.sum() / parameters[-1]
     return parameters

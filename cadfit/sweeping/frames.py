@@ -169,7 +169,9 @@ def spinors(directions: Array, sizes: Array | float) -> tuple[Complex, Array]:
     psi = np.empty((2, directions.shape[1]), dtype=np.complex128)
     psi[0] = tall
     psi.real[1], psi.imag[1] = directions[:2]
-    np.copyto(psi, psi[::-1].conj(), where=directions[2] < 0.0)
+    down = directions[2] < 0.0
+    if down.any():
+        np.copyto(psi, psi[::-1].conj(), where=down)
     return psi, 2.0 * sizes * tall
 
 
@@ -189,10 +191,18 @@ def carried(start: Complex, along: Array, end: Complex) -> Complex:
 
 def _reflected(start: Complex, along: Array, end: Complex) -> Complex:
     """Return <end, (along . sigma) start> (m,): double reflection along a chord."""
-    flat = along[0] + 1j * along[1]
+    flat = np.empty(along.shape[1], dtype=np.complex128)
+    flat.real, flat.imag = along[:2]
     back = end.conj()
-    same, other = back * start, back * start[::-1]
-    return np.asarray(along[2] * (same[0] - same[1]) + flat.conj() * other[0] + flat * other[1])
+    out: Complex = back[0] * start[0]
+    out -= back[1] * start[1]
+    out *= along[2]
+    back *= start[::-1]
+    back[1] *= flat
+    back[0] *= flat.conj()
+    out += back[0]
+    out += back[1]
+    return out
 
 
 def transported(psi: Complex, steps: Complex) -> Complex:

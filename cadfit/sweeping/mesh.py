@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 _FEWEST_SIDES = 6
+_FIRST_RINGS = 64
 _TINY = 1e-150  # in place of zero under a fraction
 _FINEST = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: no tolerance can be finer
 
@@ -165,29 +166,38 @@ def tube_faces(rings: int, sides: int, closed: bool) -> Ints:
     >>> tube_faces(2, 3, closed=False).tolist()
     [[0, 1, 4], [1, 2, 5], [2, 0, 3], [0, 4, 3], [1, 5, 4], [2, 3, 5], [0, 2, 1], [3, 4, 5]]
     """
-    step, caps = _step_faces(sides)
+    first, caps = _first_faces(sides)
     count = rings if closed else rings - 1
-    walls = count * len(step)
+    walls = 2 * sides * count
     faces = np.empty((walls if closed else walls + len(caps), 3), dtype=np.int64)  # as trimesh keeps them
-    starts = np.arange(0, count * sides, sides)
-    np.add(step.reshape(-1), starts[:, None], out=faces[:walls].reshape(count, -1))
+    done = min(walls, len(first))
+    faces[:done] = first[:done]
+    while done < walls:  # as many again, farther on: numpy is quickest at few long rows
+        more = min(done, walls - done)
+        np.add(faces[:more], done // 2, out=faces[done : done + more])
+        done += more
     if closed:
-        faces[walls - len(step) :] %= rings * sides
+        faces[walls - 2 * sides :] %= rings * sides
     else:
         faces[walls:] = caps
-        faces[walls + sides - 2 :] += starts[-1] + sides
+        faces[walls + sides - 2 :] += count * sides
     return faces
 
 
 @lru_cache(maxsize=64)
-def _step_faces(sides: int) -> tuple[Ints, Ints]:
-    """Return the triangles between the first two rings, and those of both caps on one: fans from the first point."""
+def _first_faces(sides: int) -> tuple[Ints, Ints]:
+    """Return the triangles between the first rings, and those of both caps on one: fans from the first point."""
     here = np.arange(sides)
     following = np.roll(here, -1)
     lower = np.column_stack([here, following, following + sides])
     upper = np.column_stack([here, following + sides, here + sides])
+    step = np.concatenate([lower, upper])
     cap = np.column_stack([np.zeros(sides - 2, dtype=np.intp), here[1:-1], here[2:]])
-    return np.concatenate([lower, upper]), np.concatenate([cap[:, [0, 2, 1]], cap])
+    walls = np.concatenate([step + ring * sides for ring in range(_FIRST_RINGS)])
+    caps = np.concatenate([cap[:, [0, 2, 1]], cap])
+    walls.setflags(write=False)
+    caps.setflags(write=False)
+    return walls, caps
 
 
 def _swelling(lengths: Array, spans: Array, closed: bool, most: float) -> Array:

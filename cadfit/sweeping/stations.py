@@ -55,9 +55,10 @@ def chain(path: BSpline) -> Chain:
     >>> len(chain(BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])))
     1
     """
-    knots = path.distinct_knots
-    poles = np.ascontiguousarray(path.pieces().transpose(1, 2, 0))
-    whole = _bounded(poles[0], poles[1:] - poles[:-1], knots[:-1], knots[1:] - knots[:-1])
+    widths = path.knots[1:] - path.knots[:-1]
+    spans = np.flatnonzero(widths)
+    poles = path.pieces_of(spans).transpose(1, 2, 0)
+    whole = _bounded(poles[0], poles[1:] - poles[:-1], path.knots[spans], widths[spans])
     longest = whole.lengths.max()
     if longest == 0.0:
         raise ValueError("the path never moves: all its poles are one point")
@@ -142,7 +143,9 @@ def breaks(whole: Chain, closed: bool) -> tuple[Array, Array]:
     following = np.concatenate([first[:, 1:], first[:, :1]], axis=1)
     cosines = _dots(last, following)
     # cos |cos|, times the squares of the lengths, tells which joints to look at closely: all but a few are smooth.
-    suspect = cosines * np.abs(cosines) <= (1.0 - 0.25 * SMOOTH**2) * (_dots(last, last) * _dots(following, following))
+    squares = _dots(last, last) * _dots(following, following)
+    squares *= 1.0 - 0.25 * SMOOTH**2
+    suspect = cosines * np.abs(cosines) <= squares
     suspect[-1] &= closed
     if not suspect.any():
         return np.empty(0), np.empty(0)
@@ -175,7 +178,8 @@ def _bounded(origins: Array, legs: Array, starts: Array, widths: Array) -> Chain
     turning = np.sqrt(_dots(crossed, crossed).max(axis=0))
     along = _dots(legs, legs.sum(axis=0))
     slowest = along.min(axis=0) / np.sqrt(along.sum(axis=0) + _TINY)
-    curvatures = turning / (3.0 * np.maximum(slowest, 1e-3 * longest + _TINY) ** 3)
+    speeds = np.maximum(slowest, 1e-3 * longest + _TINY)
+    curvatures = turning / (3.0 * speeds * speeds * speeds)
     slow = slowest <= 1e-3 * longest
     if slow.any():
         # Straight up to rounding, and never back, is straight, even where it starts from rest.
@@ -191,7 +195,8 @@ def _bends(parts: Chain) -> Array:
     crossed = _cross(parts.legs[:2], parts.legs[1:])
     turning = np.sqrt(_dots(crossed, crossed))
     moving = speeds > SLOW * speeds.max()
-    return np.where(moving, 2.0 / 3.0 * turning / np.where(moving, speeds, 1.0) ** 3, 0.0)
+    speeds[~moving] = 1.0
+    return np.where(moving, 2.0 / 3.0 * turning / (speeds * speeds * speeds), 0.0)
 
 
 def _shared(counts: Ints, ends: int = 0) -> tuple[Ints, Array]:
