@@ -171,7 +171,7 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
         _held(goal),
     )[:, d]
     h, knots = spans.steps, spans.knots.copy()
-    room = np.clip(h - 1e-4 * h.mean(), 0.0, None) * 0.4  # spans shrink to no less than that
+    room = np.clip(h - 3e-2 * h.mean(), 0.0, None) * 0.4  # spans shrink to no less than that
     if spans.closed:
         move = np.clip(shifted(found, -1) * h, -shifted(room, 1), room)
         knots[:-1] += move
