@@ -28,6 +28,7 @@ class Method(StrEnum):
     cardinal = "cardinal"
     local = "local"
     interpolate = "interpolate"
+    dominant = "dominant"
 
 
 class Unit(StrEnum):
@@ -38,6 +39,11 @@ class Unit(StrEnum):
     inch = "inch"
 
 
+Fraction = Annotated[float | None, typer.Option(help="dominant: the part of the points to put the curve through.")]
+SquareError = Annotated[
+    float | None,
+    typer.Option(help="dominant: instead, the most that the other points' squared distances sum to."),
+]
 In = Annotated[
     Path, typer.Argument(metavar="IN", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False)
 ]
@@ -122,6 +128,8 @@ def fit(
     method: HowTo = None,
     tension: Tension = None,
     curvature: Curvature = None,
+    fraction: Fraction = None,
+    square_error: SquareError = None,
     closed: Closed = None,
     unit: InUnit = Unit.mm,
     quiet: Quiet = False,
@@ -132,7 +140,12 @@ def fit(
     with _busy(f"fitting {source}", quiet):
         _check(source, output, "curves")
         with _about(source):
-            curves, said = _fitted(read(source), method, tension, curvature, closed)
+            if method is Method.dominant or fraction is not None or square_error is not None:
+                if method is not Method.dominant or tension is not None:
+                    raise ValueError("--fraction and --square-error go with --method dominant, --tension does not")
+                curves, said = _dominant(read(source), fraction, square_error, curvature, closed)
+            else:
+                curves, said = _fitted(read(source), method, tension, curvature, closed)
         _write(source, output, "curves", curves.dimension, curves, unit)
     _report(str(source), said, output, quiet)
 
@@ -201,6 +214,8 @@ def _fitted(
 
     cardinal = tension is not None or curvature is not None
     method = method or (Method.cardinal if cardinal else Method.local)
+    if method is Method.dominant:
+        raise ValueError("--method dominant is for cadfit fit: write its curve to a .json and sweep that")
     if cardinal and method is not Method.cardinal:
         raise ValueError(f"--tension and --curvature go with --method cardinal, not {method.value}")
     if not isinstance(found, np.ndarray):
@@ -211,6 +226,31 @@ def _fitted(
     spline = _through(points.points, method, tension, curvature, points.closed)
     curves = Curves((spline,), points.closed, deviation(spline, points.points, points.closed))
     read_in = {"points read": str(len(found)), "repeats dropped": str(len(points.dropped)), "method": method.value}
+    return curves, read_in | summary(curves)
+
+
+def _dominant(
+    found: Any, fraction: float | None, square_error: float | None, curvature: float | None, closed: bool | None
+) -> tuple[Curves, dict[str, str]]:
+    """Return the curve through the dominant points of what a file of points holds, and what to report of it."""
+    import numpy as np
+
+    import cadfit
+    from cadfit.files import Curves
+    from cadfit.files.facts import summary
+
+    if not isinstance(found, np.ndarray):
+        raise ValueError(f"points are needed, and it holds {'curves' if isinstance(found, Curves) else 'a mesh'}")
+    if (fraction is None) == (square_error is None):
+        raise ValueError("--method dominant needs one of --fraction and --square-error")
+    fit = cadfit.fit_dominant(
+        found, None, fraction, square_error, closed=closed, curvature=1.0 if curvature is None else curvature
+    )
+    if closed is None and fit.closed:
+        _warn_of_corner_at_seam(fit.points)
+    curves = Curves(fit.curves, fit.closed, fit.deviation)
+    dominant = (len(fit.spline.distinct_knots) + (-1 if fit.closed else 4)) // 3
+    read_in = {"points read": str(len(found)), "repeats dropped": str(len(fit.cleaned)), "dominant": str(dominant)}
     return curves, read_in | summary(curves)
 
 
