@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cadfit import cardinal_pieces, cardinal_spline, dominant_points, fit_dominant
+from cadfit import cardinal_pieces, cardinal_spline, dominant_points, fit_dominant, parametrize
 from cadfit.bezier import distance_to_segment
+from cadfit.fitting.dom import dom
 from cadfit.fitting.dominant import initial_dominant_points, refine_dominant_points, square_error, turn_angles
 from cadfit.fitting.rearrange import optimal_dominant_points
 
@@ -247,3 +248,26 @@ def test_a_closed_fit_whose_first_and_last_dominant_points_are_equal():
             fit = fit_dominant(points, fraction=0.5, closed=True)
             assert fit.deviation.points < 0.5
             assert len(fit.parameters) == len(fit.points)
+
+
+@given(point_rows(dimensions=(1, 2, 3), least=5, most=40, rough=False), st.floats(0, 1))
+def test_dom_is_a_least_squares_fit_with_its_ends_kept(points, part):
+    n = len(points)
+    curve = dom(points, 4 + int(part * (n - 4)))
+    assert len(curve.poles) == 4 + int(part * (n - 4))
+    assert np.array_equal(curve.poles[[0, -1]], points[[0, -1]])
+    u = parametrize(points, "chord")
+    basis = np.array([[reference.basis(i, 4, curve.knots.tolist(), x) for i in range(len(curve.poles))] for x in u])
+    residual = points - basis @ curve.poles
+    assert np.abs(basis[:, 1:-1].T @ residual).max(initial=0) <= 1e-7 * np.abs(points).max()
+
+
+def test_dom_gathers_poles_where_the_curve_bends():
+    t = np.linspace(0, 1, 400)
+    hairpin = np.column_stack([np.abs(t - 0.5), 0.02 * np.tanh(60 * (t - 0.5))])
+    spans = np.diff(dom(hairpin, 24).distinct_knots)
+    assert spans[len(spans) // 2] < 0.2 * spans.max()
+    errors = [np.linalg.norm(dom(hairpin, m)(parametrize(hairpin, "chord")) - hairpin) for m in (8, 16, 32, 64)]
+    assert np.all(np.diff(errors) < 0)
+    with pytest.raises(ValueError, match="from 4 to 400"):
+        dom(hairpin, 3)
