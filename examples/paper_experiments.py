@@ -64,7 +64,7 @@ def planar(name, points, fractions):
     plot_spline(cadfit.pieces_to_spline(pieces), a, points, poles=False, comb=False)
     plot_spline(cadfit.pieces_to_spline(pieces), b, comb=False, poles=False)
     polygon = np.concatenate([pieces[:, :3].reshape(-1, 2), pieces[-1:, 3]])
-    b.plot(*polygon.T, color=POLES, linewidth=0.6, marker="s", markersize=2.0)
+    b.plot(*polygon.T, color=POLES, linewidth=0.5, marker="s", markersize=min(2.0, 100.0 / len(points)))
     plot_spline(cadfit.cardinal_spline(points), c, points, poles=False, comb=False)
     for ax, title in ((a, "(a) cardinal spline"), (b, "(b) Bézier pieces"), (c, "(c) C2 B-spline")):
         ax.set_title(title, fontsize="small")
@@ -80,7 +80,9 @@ def planar(name, points, fractions):
     for ax in axes.flat:
         ax.set(xticks=[], yticks=[], aspect=stretch)
         for line in ax.lines:  # many marks would hide the curve
-            line.set_markersize(min(line.get_markersize(), 170.0 / len(points)))
+            line.set(
+                markersize=min(line.get_markersize(), 330.0 / len(points)), linewidth=min(line.get_linewidth(), 0.9)
+            )
     return figure, found
 
 

@@ -164,7 +164,7 @@ def test_paper_experiments(tmp_path):
         for said in claims.values():
             assert (said["faster"], said["exponential"], said["knee"]) == (True, False, False)
         assert claims["best"]["needed"] <= claims["paper"]["needed"]
-        assert shows(tmp_path / f"paper_{number}.png", BLUE, 1000)
+        assert shows(tmp_path / f"paper_{number}.png", VERMILION, 400)
     assert [round(found[k][1]["best"]["needed"], 2) for k in (1, 2, 3, 4)] == [0.9, 0.82, 0.28, 0.38]
     assert found[5] < 1e-13
     assert shows(tmp_path / "paper_5.png", BLUE, 1000)
