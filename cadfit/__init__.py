@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from cadfit.fitting.cardinal import pieces_to_spline as pieces_to_spline
     from cadfit.fitting.deviation import Deviation as Deviation
     from cadfit.fitting.deviation import deviation as deviation
+    from cadfit.fitting.dominant import DominantPoints as DominantPoints
+    from cadfit.fitting.dominant import dominant_points as dominant_points
+    from cadfit.fitting.dominant_fit import fit_dominant as fit_dominant
     from cadfit.fitting.interpolate import interpolate as interpolate
     from cadfit.fitting.local import local_spline as local_spline
     from cadfit.fitting.planes import fit_planes as fit_planes
@@ -37,6 +40,7 @@ _HOME = {
     "BSpline": "bspline",
     "Curves": "files",
     "Deviation": "fitting.deviation",
+    "DominantPoints": "fitting.dominant",
     "Fit": "fitting.result",
     "Frames": "sweeping.frames",
     "c2_spline": "fitting.cardinal",
@@ -44,8 +48,10 @@ _HOME = {
     "cardinal_spline": "fitting.cardinal",
     "clean": "points.clean",
     "deviation": "fitting.deviation",
+    "dominant_points": "fitting.dominant",
     "find_corners": "points.corners",
     "fit": "fitting.approximate",
+    "fit_dominant": "fitting.dominant_fit",
     "fit_planes": "fitting.planes",
     "frames": "sweeping.frames",
     "interpolate": "fitting.interpolate",

@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 
 
 class Method(StrEnum):
-    """How curves are made from points: within a tolerance of them, or through them all."""
+    """How curves are made from points: within a tolerance of them, through them all, or through the dominant ones."""
 
     tolerance = "tolerance"
     cardinal = "cardinal"
     local = "local"
     interpolate = "interpolate"
+    dominant = "dominant"
 
 
 class Between(StrEnum):
@@ -51,6 +52,10 @@ class Unit(StrEnum):
     inch = "inch"
 
 
+Fraction = Annotated[float | None, typer.Option(help="dominant: the part of the points to put the curve through.")]
+SquareError = Annotated[
+    float | None, typer.Option(help="dominant: instead, the most that the other points' squared distances sum to.")
+]
 In = Annotated[
     Path, typer.Argument(metavar="IN", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False)
 ]
@@ -73,7 +78,8 @@ Corners = Annotated[
 HowLong = Annotated[Effort | None, typer.Option("--effort", help="tolerance: fast, or fewer poles.  [best]")]
 Tension = Annotated[float | None, typer.Option(help="cardinal: length of the tangents.  [default: 0.5]")]
 Curvature = Annotated[
-    float | None, typer.Option(help="cardinal: part of the curvature kept at the points, 0 to 1.  [default: 0]")
+    float | None,
+    typer.Option(help="cardinal, dominant: part of the curvature kept at the points.  [default: 0, dominant 1]"),
 ]
 Closed = Annotated[
     bool | None,
@@ -151,6 +157,8 @@ def fit(
     method: HowTo = None,
     tension: Tension = None,
     curvature: Curvature = None,
+    fraction: Fraction = None,
+    square_error: SquareError = None,
     closed: Closed = None,
     unit: InUnit = Unit.mm,
     quiet: Quiet = False,
@@ -159,7 +167,7 @@ def fit(
     from cadfit.files import read
     from cadfit.methods import How, made
 
-    how = How(method, closed, tension, curvature, tolerance, between, corners, effort)
+    how = How(method, closed, tension, curvature, tolerance, between, corners, effort, fraction, square_error)
     with _busy(f"fitting {source}", quiet) as progress:
         _check(source, output, "curves")
         with _about(source):
@@ -192,8 +200,8 @@ def tube(
     with _busy(f"sweeping along {source}", quiet):
         _check(source, output, "mesh")
         with _about(source):
-            if method is Method.tolerance:
-                raise ValueError("fit within a tolerance first (cadfit fit IN -t ... -o curve.json), then sweep that")
+            if method in (Method.tolerance, Method.dominant):
+                raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
             found = read(source, unit.value)
             if isinstance(found, Curves):
                 if how != How():

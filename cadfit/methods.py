@@ -18,6 +18,15 @@ from cadfit.bspline import BSpline
 from cadfit.files import Curves
 from cadfit.files.facts import summary
 
+_OPTIONS = {  # those of each method; the first method that has one of those given is meant where none is named
+    "tolerance": ("tolerance", "between", "corners", "effort"),
+    "dominant": ("fraction", "square_error"),
+    "cardinal": ("tension", "curvature"),
+    "local": (),
+    "interpolate": (),
+}
+_RULES = {"curve": "at the points; no wiggle between", "polyline": "at the points and between"}
+
 Made = tuple[Curves, dict[str, str]]
 
 
@@ -33,10 +42,8 @@ class How:
     between: str | None = None
     corners: str | None = None
     effort: str | None = None
-
-    def given(self, *names: str) -> list[str]:
-        """Return those of the options, as they are typed, that were given."""
-        return [f"--{name}" for name in names if getattr(self, name) is not None]
+    fraction: float | None = None
+    square_error: float | None = None
 
     @property
     def chosen(self) -> str:
@@ -44,12 +51,11 @@ class How:
 
         Raises ValueError where options do not go together.
         """
-        its = {"tolerance": ("tolerance", "between", "corners", "effort"), "cardinal": ("tension", "curvature")}
-        asked = [method for method, options in its.items() if self.given(*options)]
-        method = self.method or (asked[0] if asked else "local")
-        for other in asked:
-            if other != method:
-                raise ValueError(f"{' and '.join(self.given(*its[other]))}: for --method {other}, not {method}")
+        given = {method: [o for o in options if getattr(self, o) is not None] for method, options in _OPTIONS.items()}
+        method = self.method or next((method for method in given if given[method]), "local")
+        allowed = {*_OPTIONS[method], *(["curvature"] if method == "dominant" else [])}
+        if strangers := [f"--{o.replace('_', '-')}" for options in given.values() for o in options if o not in allowed]:
+            raise ValueError(f"{' and '.join(strangers)} cannot go with --method {method}")
         if method == "tolerance" and self.tolerance is None:
             raise ValueError("how far may the curve be from the points? --tolerance says it")
         return method
@@ -63,7 +69,9 @@ def made(found: Any, how: How, progress: Callable[[float], None] | None = None) 
     if not isinstance(found, np.ndarray):
         raise ValueError(f"points are needed, and it holds {'curves' if isinstance(found, Curves) else 'a mesh'}")
     method = how.chosen
-    return _within(found, how, progress) if method == "tolerance" else _through(found, how, method)
+    if method == "tolerance":
+        return _within(found, how, progress)
+    return _dominant(found, how) if method == "dominant" else _through(found, how, method)
 
 
 def _within(points: Array, how: How, progress: Callable[[float], None] | None) -> Made:
@@ -88,9 +96,6 @@ def _within(points: Array, how: How, progress: Callable[[float], None] | None) -
     return curves, said | summary(curves)
 
 
-_RULES = {"curve": "at the points; no wiggle between", "polyline": "at the points and between"}
-
-
 def corners_of(text: str) -> Any:
     """Return what `cadfit.fit` takes for corners written as auto, none, an angle in degrees, or rows with commas.
 
@@ -107,6 +112,20 @@ def corners_of(text: str) -> Any:
         raise ValueError(
             f"--corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not {text!r}"
         ) from None
+
+
+def _dominant(points: Array, how: How) -> Made:
+    """Put a curve through the dominant points."""
+    if (how.fraction is None) == (how.square_error is None):
+        raise ValueError("--method dominant needs one of --fraction and --square-error")
+    curvature = 1.0 if how.curvature is None else how.curvature
+    fit = cadfit.fit_dominant(points, None, how.fraction, how.square_error, closed=how.closed, curvature=curvature)
+    if how.closed is None and fit.closed:
+        _warn_of_corner_at_seam(fit.points)
+    dominant = (len(fit.spline.distinct_knots) + (-1 if fit.closed else 4)) // 3
+    said = {"points read": str(len(points)), "repeats dropped": str(len(fit.cleaned)), "dominant": str(dominant)}
+    curves = Curves(fit.curves, fit.closed, fit.deviation)
+    return curves, said | summary(curves)
 
 
 def _through(points: Array, how: How, method: str) -> Made:

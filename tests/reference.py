@@ -244,3 +244,98 @@ def interpolant_poles(u, points, start, end):
 
     matrix = [row(u[0], start[0]), *(row(x, 0) for x in u), row(u[-1], end[0])]
     return np.linalg.solve(np.array(matrix, dtype=float), np.vstack([start[1], *points, end[1]])), np.array(t)
+
+
+# Sections 2.4 to 2.7: dominant points. Sums run from left to right, so that equal errors are equal to the last bit.
+
+
+def total(terms):
+    result = 0.0
+    for term in terms:
+        result += term
+    return result
+
+
+def turn_angle(first, second, third):
+    """The paper's angle, pi - acos(FS TS / (|FS| |TS|)); 0 where two points are equal."""
+    fs, ts = np.subtract(first, second), np.subtract(third, second)
+    if not fs.any() or not ts.any():
+        return 0.0
+    cosine = fs @ ts / (np.sqrt(fs @ fs) * np.sqrt(ts @ ts))
+    return np.pi - np.arccos(min(max(cosine, -1.0), 1.0))
+
+
+def piece_squares(points, before, start, end, after):
+    """The squared distance of each point inside one piece, by projection on the chord."""
+    n = len(points)
+    w, a, b, c = (points[k].tolist() for k in (before, start, end, after))
+    chord = [y - x for x, y in zip(a, b, strict=True)]
+    length = total(x * x for x in chord)
+    squares = []
+    for k in range(1, max((end - start) % n, 1)):
+        offset = [x - y for x, y in zip(points[(start + k) % n].tolist(), a, strict=True)]
+        along = total(x * y for x, y in zip(offset, chord, strict=True))
+        t = min(max(along / length, 0.0), 1.0) if length > 0 else 0.0
+        s = 1.0 - t
+        gaps = []
+        for x, y, p, q, r in zip(offset, chord, w, c, zip(a, b, strict=True), strict=True):
+            first, second = 0.5 / 3.0 * (r[1] - p), y - 0.5 / 3.0 * (q - r[0])  # the handles, from the start
+            inner = 3.0 * s * t
+            gaps.append(x - (inner * s) * first - (inner * t) * second - (t * t * t) * y)
+        squares.append(total(gap * gap for gap in gaps))
+    return squares
+
+
+def dominant_pieces(indices, closed):
+    """The rows before, at the start, at the end of and after each piece."""
+    m = len(indices)
+    if closed:
+        return [tuple(indices[(k + j) % m] for j in (-1, 0, 1, 2)) for k in range(m)]
+    rows = [indices[0], *indices, indices[-1]]
+    return [tuple(rows[k : k + 4]) for k in range(m - 1)]
+
+
+def dominant_error(points, indices, closed):
+    return total(total(piece_squares(points, *piece)) for piece in dominant_pieces(indices, closed))
+
+
+def initial_dominant_points(angles, count, closed):
+    n = len(angles)
+    order = sorted(range(n) if closed else range(1, n - 1), key=lambda k: (-angles[k], k))
+    chosen = [] if closed else [0, n - 1]
+    wanted = order[: count // 4]
+    for k in order[: count // 4]:
+        wanted += [(k - 1) % n, (k + 1) % n]
+    for k in wanted + order:
+        if len(chosen) < count and k not in chosen:
+            chosen.append(k)
+    return sorted(chosen)
+
+
+def refined_dominant_points(points, angles, indices, closed):
+    """Swaps, the whole error computed for each that is tried."""
+    n = len(points)
+    indices, error = list(indices), dominant_error(points, indices, closed)
+    history = [error]
+    rounding = (16 * EPS * np.abs(points).max()) ** 2
+    while True:
+        pieces = dominant_pieces(indices, closed)
+        squares = [piece_squares(points, *piece) for piece in pieces]
+        errors = [total(each) for each in squares]
+        worst = errors.index(max(errors))
+        if errors[worst] == 0.0:
+            return indices, history
+        added = (pieces[worst][1] + 1 + squares[worst].index(max(squares[worst]))) % n
+        smallest = [k for k in range(len(pieces)) if errors[k] == min(errors)]
+        if min(errors) > 0.0:
+            smallest = [min(smallest, key=lambda k: pieces[k][1])]
+        ends = {row for k in smallest for row in pieces[k][1:3]} - (set() if closed else {0, n - 1})
+        for dropped in sorted(ends, key=lambda row: (angles[row], row)):
+            tried = sorted({*indices, added} - {dropped})
+            new = dominant_error(points, tried, closed)
+            if error - new > 1e-12 * error + rounding:
+                indices, error = tried, new
+                history.append(new)
+                break
+        else:
+            return indices, history

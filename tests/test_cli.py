@@ -205,11 +205,11 @@ MISTAKES = {
     "method": (["fit", "helix.csv", "-o", "a.json", "--method", "best"], "Invalid value for '--method'"),
     "tension of local": (
         ["fit", "helix.csv", "-o", "a.json", "--method", "local", "--tension", "1"],
-        "helix.csv: --tension: for --method cardinal, not local",
+        "helix.csv: --tension cannot go with --method local",
     ),
     "effort of cardinal": (
         ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--effort", "fast", "--tension", "1", "--method", "cardinal"],
-        "helix.csv: --tolerance and --effort: for --method tolerance, not cardinal",
+        "helix.csv: --tolerance and --effort cannot go with --method cardinal",
     ),
     "no tolerance": (
         ["fit", "helix.csv", "-o", "a.json", "--corners", "none"],
@@ -230,7 +230,7 @@ MISTAKES = {
     "between": (["fit", "helix.csv", "-o", "a.json", "-t", "1", "--between", "x"], "Invalid value for '--between'"),
     "tube within a tolerance": (
         ["tube", "helix.csv", "--radius", "1", "-o", "a.stl", "--method", "tolerance"],
-        "helix.csv: fit within a tolerance first (cadfit fit IN -t ... -o curve.json), then sweep that",
+        "helix.csv: --method tolerance is for cadfit fit: write its curve to a .json, and sweep that",
     ),
     "number": (["fit", "helix.csv", "-o", "a.json", "--tension", "x"], "Invalid value for '--tension'"),
     "not a number": (["fit", "helix.csv", "-o", "a.json", "--tension", "nan"], "helix.csv: "),
@@ -318,3 +318,37 @@ def test_a_corner_at_a_guessed_seam_is_pointed_out(run):
     assert "turn by 157 degrees; --open keeps that corner sharp" in err
     for choice in ("--open", "--closed"):
         assert run("fit", "edge.csv", choice, "-o", "edge.json")[2] == ""
+
+
+def test_fit_through_dominant_points(run):
+    for options, expected in (
+        (["--fraction", "0.5"], cadfit.fit_dominant(HELIX, fraction=0.5)),
+        (["--square-error", "20"], cadfit.fit_dominant(HELIX, square_error=20.0)),
+        (["--fraction", "0.5", "--curvature", "0"], cadfit.fit_dominant(HELIX, fraction=0.5, curvature=0.0)),
+    ):
+        status, out, err = run("fit", "helix.csv", "--method", "dominant", *options, "-o", "out.json")
+        assert (status, err) == (0, "")
+        assert np.array_equal(read("out.json").curves[0].poles, expected.spline.poles)
+        assert said(out)["dominant"] == str((len(expected.spline.poles) + 2) // 3)
+        assert said(out)["deviation at points"] == f"{expected.deviation.points:.3g}"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--method", "dominant"], "needs one of --fraction and --square-error"),
+        (["--method", "dominant", "--fraction", "0.5", "--square-error", "1"], "needs one of"),
+        (["--method", "dominant", "--fraction", "0.5", "--tension", "1"], "--tension cannot go with --method dominant"),
+        (["--fraction", "0.5", "-t", "1"], "--fraction cannot go with --method tolerance"),
+        (["--method", "dominant", "--fraction", "2"], "at most 1"),
+    ],
+)
+def test_mistakes_with_dominant_points(run, options, message):
+    status, out, err = run("fit", "helix.csv", *options, "-o", "out.json")
+    assert (status, out) == (2, "")
+    assert err.startswith("cadfit: helix.csv: ")
+    assert message in err
+
+
+def test_tube_takes_no_dominant_points(run):
+    assert run("tube", "helix.csv", "--radius", "1", "--method", "dominant", "-o", "tube.stl")[0] == 2

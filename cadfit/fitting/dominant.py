@@ -1,0 +1,254 @@
+"""Dominant points: the part of the points that carries the shape, and the square error of leaving out the rest.
+
+Source: D. Mukherjee, An error reduced and uniform parameter approximation in fitting of B-spline curves to data
+points, sections 2.4 to 2.7. What the paper leaves open is settled here, each where it is said: the number of primary
+points, which point of a piece is added, and which end of a piece is dropped where several pieces have no error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cadfit.bezier import Array, Ints
+from cadfit.bspline import own
+from cadfit.fitting.chain import handles, piece_errors, pieces_of
+from cadfit.fitting.sparse import sparse_chain, thinned
+from cadfit.fitting.swaps import swapped
+from cadfit.points.clean import as_contour
+
+Method = Literal["best", "paper"]
+_Choice = Callable[[Array, int, bool], tuple[Ints, Array]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DominantPoints:
+    """Points chosen to carry the shape, and what leaving out the others costs.
+
+    `indices` (m,): their rows, rising; an open curve's ends are among them. `square_error`: the sum, over the points
+    left out, of the squared distances to `pieces`. `pieces` (m - 1, 4, d), closed (m, 4, d): the cardinal spline
+    through the dominant points, as Bézier pieces. `history`: the square error at the start of the search and after each
+    swap, or of "best" after each round of changes.
+    """
+
+    indices: Ints
+    square_error: float
+    pieces: Array
+    history: Array
+
+
+def dominant_points(
+    points: ArrayLike,
+    count: int | None = None,
+    fraction: float | None = None,
+    square_error: float | None = None,
+    closed: bool = False,
+    method: Method = "best",
+) -> DominantPoints:
+    """Return the dominant points of ordered points: as many as asked for, or few enough for a square error.
+
+    `points` (n, d), d >= 1, repeats allowed. One of `count` (2 to n; closed 3 to n), `fraction` (of the points, above 0
+    and at most 1; rounded to the nearest count) and `square_error` (in the square of the points' unit) says how many:
+    the last searches for the smallest set whose square error is no larger, by bisection, so that with one point less
+    the search exceeds it. `closed`: the curve returns to the first point, which may be repeated at the end or not;
+    there are no ends then that must be kept. `method`: "best" starts from all points and drops the least costly, then
+    moves and exchanges points until that lowers the error no further; "paper" is the paper's search
+    (`initial_dominant_points`, `refine_dominant_points`). Both end in a local minimum, "best" in a lower one.
+
+    Raises ValueError for bad points (naming the row), and for a count, fraction or square error out of range.
+    Source: the paper, sections 2.4 to 2.7; "best" is ours (`sparse`).
+
+    >>> t = np.linspace(0, 3, 40)
+    >>> found = dominant_points(np.column_stack([t, np.sin(t * t)]), fraction=0.5)
+    >>> len(found.indices), found.indices[[0, -1]], found.square_error < 0.05
+    (20, array([ 0, 39]), True)
+    """
+    if method not in get_args(Method):
+        raise ValueError(f"method must be one of {get_args(Method)}, not {method!r}")
+    given = as_contour(points, closed)
+    choose = _choose_paper if method == "paper" else _choose_best
+    wanted = _count(len(given), count, fraction, square_error, closed)
+    if wanted is not None:
+        indices, history = choose(given, wanted, closed)
+    else:
+        assert square_error is not None
+        indices, history = _smallest(given, square_error, closed, choose)
+    total = _error(given, indices, closed)
+    pieces = handles(given, pieces_of(indices, closed))
+    indices.setflags(write=False)
+    return DominantPoints(indices, total, own(pieces), own(np.asarray(history)))
+
+
+def turn_angles(points: ArrayLike, closed: bool = False) -> Array:
+    """Return the turn angle (n,) at each point (n, d), in radians: 0 straight on, pi turning back.
+
+    An open curve's ends, and points equal to a neighbour, have none: 0. In the plane the angle is the paper's,
+    pi - acos(FS TS / (|FS| |TS|)); here it is taken from sine and cosine, which keeps small angles, in any dimension.
+
+    Raises ValueError for bad points (naming the row). Source: the paper, section 2.6.
+
+    >>> turn_angles([(0, 0), (1, 0), (1, 1), (1, 0)]).round(4)
+    array([0.    , 1.5708, 3.1416, 0.    ])
+    """
+    given = as_contour(points, closed)
+    before, after = np.roll(given, 1, axis=0), np.roll(given, -1, axis=0)
+    if not closed:
+        before[0], after[-1] = given[0], given[-1]
+    return np.asarray(_angles(given - before, after - given))
+
+
+def _angles(first: Array, second: Array) -> Array:
+    """Return the angles (n,) between vectors (n, d); 0 where one has no length. 2 atan2(|a - b|, |a + b|) of units."""
+    lengths = [np.linalg.norm(each, axis=1) for each in (first, second)]
+    whole = (lengths[0] > 0.0) & (lengths[1] > 0.0)
+    a, b = (each / np.where(whole, length, 1.0)[:, None] for each, length in zip((first, second), lengths, strict=True))
+    angles = 2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    return np.where(whole, angles, 0.0)
+
+
+def square_error(points: ArrayLike, indices: ArrayLike, closed: bool = False) -> float:
+    """Return the square error of dominant points: the rows `indices` (m,), rising, of the points (n, d).
+
+    It is the sum, over the points left out, of the squared distance to the Bézier piece between the two dominant points
+    around it, at the parameter that its projection on their chord gives, as a part of the chord.
+
+    Raises ValueError for bad points (naming the row), and for indices that do not rise, are out of range, or leave out
+    an open curve's end. Source: the paper, sections 2.5 and 2.7.
+
+    >>> square_error([(0, 0), (1, 1), (2, 0)], [0, 2])
+    1.0
+    """
+    given = as_contour(points, closed)
+    return _error(given, _rows(given, indices, closed), closed)
+
+
+def initial_dominant_points(points: ArrayLike, count: int, closed: bool = False) -> Ints:
+    """Return the paper's first guess (count,): the points of the largest turn angles, and neighbours of the sharpest.
+
+    Of an open curve the ends. Then the primary points, a quarter of `count`: those of the largest turn angles. With
+    each, in that order, its neighbours before and after, the support points, as long as there is room. Then the
+    secondary points: the next largest turn angles. The paper does not say how many points are primary; a quarter leaves
+    room for their support and for a quarter of secondary points.
+
+    Raises ValueError for bad points (naming the row) and a count out of range. Source: the paper, section 2.7.
+
+    >>> initial_dominant_points([(0, 0), (1, 0), (2, 0), (3, 0), (3, 1), (3, 2), (3, 3)], 5)
+    array([0, 2, 3, 4, 6])
+    """
+    given = as_contour(points, closed)
+    n = len(given)
+    _check_count(n, count, closed)
+    order = np.argsort(-turn_angles(given, closed), kind="stable")
+    if not closed:
+        order = order[(order > 0) & (order < n - 1)]
+    primary = order[: count // 4]
+    support = np.stack([primary - 1, primary + 1], axis=1).ravel() % n
+    ends = np.array([] if closed else [0, n - 1], dtype=np.intp)
+    wanted = np.concatenate([ends, primary, support, order])
+    _, first = np.unique(wanted, return_index=True)
+    return np.sort(wanted[np.sort(first)[:count]])
+
+
+def refine_dominant_points(points: ArrayLike, indices: ArrayLike, closed: bool = False) -> tuple[Ints, Array]:
+    """Return the dominant points that the paper's swaps lead to from `indices` (m,), and the errors on the way.
+
+    A swap adds a point in the piece of the largest error: the one farthest from it. It drops an end of a piece of the
+    smallest error. Most often many pieces have none: then the first of all their ends, the flattest turn angle first,
+    with which the total error falls. The search ends at a local minimum, where none does.
+
+    Raises ValueError as `square_error`. Source: the paper, section 2.7; the order among equals is ours.
+
+    >>> zigzag = [(0, 0), (1, 0), (2, 0), (3, 1), (4, 0), (5, 0)]
+    >>> indices, errors = refine_dominant_points(zigzag, [0, 1, 2, 5])
+    >>> indices, errors.round(4)
+    (array([0, 2, 3, 5]), array([1.0233, 0.2752]))
+    """
+    given = as_contour(points, closed)
+    rows = _rows(given, indices, closed)
+    found, history = swapped(np.ascontiguousarray(given.T), rows, turn_angles(given, closed), closed)
+    return found, np.asarray(history)
+
+
+def _choose_paper(points: Array, count: int, closed: bool) -> tuple[Ints, Array]:
+    return refine_dominant_points(points, initial_dominant_points(points, count, closed), closed)
+
+
+def _choose_best(points: Array, count: int, closed: bool) -> tuple[Ints, Array]:
+    found, history = sparse_chain(np.ascontiguousarray(points.T), count, closed)
+    return found, np.asarray(history)
+
+
+def _error(points: Array, indices: Ints, closed: bool) -> float:
+    return float(piece_errors(np.ascontiguousarray(points.T), pieces_of(indices, closed)).sum())
+
+
+def _smallest(points: Array, bound: float, closed: bool, choose: _Choice) -> tuple[Ints, Array]:
+    """Return the smallest set found within the bound; the search at one point less exceeded it.
+
+    Steps that double, down from how many are left when the least costly points are dropped, then bisection.
+    """
+    low, high = 2 if closed else 1, len(points)  # low is too few, high enough
+    best = np.arange(high), np.zeros(1)
+    middle, step = _thinned_count(points, bound, closed), 1
+    while high - low > 1:
+        found = choose(points, middle, closed)
+        if _error(points, found[0], closed) <= bound:
+            high, best = middle, found
+            middle, step = max(high - step, (low + high) // 2), 2 * step
+        else:
+            low = middle
+            middle = (low + high) // 2
+    return best
+
+
+def _thinned_count(points: Array, bound: float, closed: bool) -> int:
+    """Return about how many points keep to the bound when the least costly are dropped; never all, nor too few."""
+    columns = np.ascontiguousarray(points.T)
+    low, high = 3 if closed else 2, len(points) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if _error(points, thinned(columns, middle, closed), closed) <= bound:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def _count(n: int, count: int | None, fraction: float | None, square_error: float | None, closed: bool) -> int | None:
+    """Return how many points are asked for; None where it is a square error."""
+    if sum(given is not None for given in (count, fraction, square_error)) != 1:
+        raise ValueError("give one of count, fraction and square_error")
+    if square_error is not None:
+        if not square_error >= 0.0:
+            raise ValueError(f"the square error must be at least 0, not {square_error}")
+        return None
+    if fraction is not None:
+        if not 0.0 < fraction <= 1.0:
+            raise ValueError(f"the fraction must be above 0 and at most 1, not {fraction}")
+        return max(int(np.floor(fraction * n + 0.5)), 3 if closed else 2)
+    assert count is not None
+    _check_count(n, count, closed)
+    return int(count)
+
+
+def _check_count(n: int, count: int, closed: bool) -> None:
+    least = 3 if closed else 2
+    if isinstance(count, bool) or count != int(count) or not least <= count <= n:
+        raise ValueError(f"the count must be a whole number from {least} to {n}, the number of points, not {count}")
+
+
+def _rows(points: Array, indices: ArrayLike, closed: bool) -> Ints:
+    """Return the indices checked."""
+    n = len(points)
+    rows = np.asarray(indices)
+    if rows.ndim != 1 or not np.issubdtype(rows.dtype, np.integer):
+        raise ValueError("indices must be whole numbers: rows of the points")
+    if len(rows) < (3 if closed else 2) or np.any(np.diff(rows) <= 0) or rows[0] < 0 or rows[-1] >= n:
+        raise ValueError(f"indices must rise, at least {3 if closed else 2} of them from 0 to {n - 1}")
+    if not closed and (rows[0] != 0 or rows[-1] != n - 1):
+        raise ValueError(f"an open curve's ends are dominant: indices must start with 0 and end with {n - 1}")
+    return rows.astype(np.intp)
