@@ -10,8 +10,9 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.fitting.deviation import straying_chords, unrolled
+from cadfit.fitting.feet import feet, foot_steps, within
 from cadfit.fitting.matching import blocks, distances
-from cadfit.fitting.relax import Trial, feet, foot_steps, within
+from cadfit.fitting.relax import Trial
 from cadfit.fitting.targets import BULGE, Targets, bulges, cardinal_chain, straight_chain, targets, with_samples
 
 _FEET = 2  # Newton steps toward the foot points of those not fitted

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.matching import blocks
+from cadfit.fitting.feet import Look, look, look_again, newton, slid, within, wrapped
 from cadfit.fitting.spans import Curve, Spans, shifted
 from cadfit.fitting.squares import band, local, moments, pairs, solve
 from cadfit.fitting.targets import Targets, sampled
@@ -16,40 +16,18 @@ _ALONG = 0.005  # weight of a residual's part along the curve: a foot point slid
 _DAMPING = 1e-6  # of the mean of the normal matrix' diagonal: keeps poles that no target sees where they are
 _LOOKS = np.arange(1, 8) / 8.0
 _KNOT_DAMPING = 1e-3
-_SHIFT, _SHIFT_KNOTS = 0.5, 0.3  # how strongly weight goes to large errors, without and with moving knots
+_SHORTEST = 3e-2  # of the spans' mean: none shrinks below, or knots all but meet and the curve is hardly C2
+_SHIFT = 0.5  # how strongly weight goes to large errors
+_CALM = 0.3  # the same with moving knots, where there are many passes
 _STEPS = 2
 _FALLING = np.array([[1.0], [-3.0], [3.0], [-1.0]])  # (1 - x)^3 in powers of x
-_NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """A curve seen at parameters (n,): their spans, local parameters and spans modulo m, the places, the tangents.
-
-    Places and tangents are (d, n), the latter of the local parameter.
-    """
-
-    span: Ints
-    local: Array
-    wrapped: Ints
-    places: Array
-    tangents: Array
-
-
-def look(curve: Curve, u: Array) -> Look:
-    """Return how the curve is seen at u (n,)."""
-    span = curve.spans.find(u)
-    local, wrapped = curve.spans.local(u, span)
-    a, b, c, e = curve.powers[:, :, wrapped]
-    ex = e * local
-    return Look(span, local, wrapped, ((ex + c) * local + b) * local + a, (3.0 * ex + 2.0 * c) * local + b)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """A curve for some targets, their parameters (n,) and weights (n,), and errors in parts of what is allowed.
 
-    `met`: no target's error is above 1, and the curve strays nowhere between them.
+    `worst` is the largest error. `met`: it is no more than 1, and the curve strays nowhere between the targets.
     """
 
     goal: Targets
@@ -58,23 +36,23 @@ class Trial:
     weights: Array
     seen: Look
     error: Array
+    worst: float
     met: bool = False
 
-    @property
-    def worst(self) -> float:
-        """The largest error of the targets, which are met when it is 1 or less."""
-        return float(self.error.max())
 
+def measured(goal: Targets, curve: Curve, u: Array, weights: Array, seen: Look | None = None) -> Trial:
+    """Return the trial with the errors of the curve: of points the distance, between them how far it strays.
 
-def measured(goal: Targets, curve: Curve, u: Array, weights: Array) -> Trial:
-    """Return the trial with the errors of the curve: of points the distance, between them how far it strays."""
-    curve, u = wrapped(curve, u)
-    seen = look(curve, u)
+    `seen`: how the curve is seen at u, where that is known.
+    """
+    turned, u = wrapped(curve, u)
+    if seen is None or turned is not curve:
+        curve, seen = turned, look(turned, u)
     gap = goal.points - seen.places
     error = np.sqrt(np.einsum("dn,dn->n", gap, gap)) / goal.allowed
     if len(goal.between):
         error[goal.between] = goal.straying(seen.places[:, goal.between], goal.row[goal.between])
-    return Trial(goal, curve, u, weights, seen, error)
+    return Trial(goal, curve, u, weights, seen, error, float(error.max()))
 
 
 def start(goal: Targets, knots: Array, u: Array) -> Trial:
@@ -88,8 +66,9 @@ def start(goal: Targets, knots: Array, u: Array) -> Trial:
     greville = (t[1:-3] + t[2:-2] + t[3:-1])[: spans.poles] / 3.0
     poles = _on_tangents(np.stack([np.interp(greville, around, row) for row in places]), goal)
     curve, u = wrapped(Curve(spans, poles), u)
-    curve = with_poles(goal, curve, look(curve, u), goal.weights, 1.0)
-    return measured(goal, curve, u, goal.weights)
+    seen = look(curve, u)
+    curve = with_poles(goal, curve, seen, goal.weights, 1.0)
+    return measured(goal, curve, u, goal.weights, look_again(curve, seen))
 
 
 def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
@@ -99,14 +78,14 @@ def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
     the targets are met but the curve strays between them, targets are added. It stops early where the passes left
     would not do at the rate of the last few: most trials fail, so that is where the time goes.
     """
-    exponent = _SHIFT_KNOTS if move_knots else _SHIFT
+    exponent = min(_CALM + 1.35 / passes, _SHIFT) if move_knots else _SHIFT  # bolder the fewer passes there are
     best = trial = _checked(trial)
     worst, window = [best.worst], 2 + passes // 8
     for left in range(passes, 0, -1):
         gained = worst[-1 - window] - worst[-1] if len(worst) > window else np.inf
         if trial.met or (worst[-1] - 1.0) * window > left * gained:
             break
-        count = len(trial.error)
+        count = len(trial.error)  # sums, since means take several times as long
         weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
         weights *= count / np.add.reduce(weights)
         trial = _checked(_passed(trial, weights, move_knots))
@@ -123,8 +102,12 @@ def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:
         curve, u = wrapped(with_knots(goal, curve, seen, weights), u)
         seen = look(curve, u)
     curve = with_poles(goal, curve, seen, weights, _ALONG)
-    u = feet(curve, goal.points, u, goal.period if goal.closed else None, _STEPS)
-    return measured(goal, curve, u, weights)
+    seen = look_again(curve, seen)
+    period = goal.period if goal.closed else None
+    for _ in range(_STEPS):
+        u = slid(u, newton(curve, goal.points, seen), period)
+        seen = look(curve, within(curve, u, period))
+    return measured(goal, curve, u, weights, seen)
 
 
 def _checked(trial: Trial) -> Trial:
@@ -171,13 +154,14 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
         _held(goal),
     )[:, d]
     h, knots = spans.steps, spans.knots.copy()
-    room = np.clip(h - 3e-2 * h.mean(), 0.0, None) * 0.4  # spans shrink to no less than that
+    mean = (knots[-1] - knots[0]) / len(h)
+    room = np.maximum(h - _SHORTEST * mean, 0.0) * 0.4
     if spans.closed:
-        move = np.clip(shifted(found, -1) * h, -shifted(room, 1), room)
+        move = np.minimum(np.maximum(shifted(found, -1) * h, -shifted(room, 1)), room)
         knots[:-1] += move
         knots[-1] += move[0]
     else:
-        knots[1:-1] += np.clip(found[1:-1] * h[1:], -room[:-1], room[1:])
+        knots[1:-1] += np.minimum(np.maximum(found[1:-1] * h[1:], -room[:-1]), room[1:])
     return Curve(Spans(knots, spans.closed), curve.poles)
 
 
@@ -194,67 +178,6 @@ def _on_tangents(poles: Array, goal: Targets) -> Array:
             length = max(float((poles[:, near] - poles[:, end]) @ along), 1e-4 * goal.period / poles.shape[1])
             poles[:, near] = poles[:, end] + length * along
     return poles
-
-
-def feet(curve: Curve, points: Array, u: Array, period: float | None, steps: int = 2) -> Array:
-    """Return the parameters u (n,) of points (d, n) moved toward their foot points, order kept."""
-    for _ in range(steps):
-        u = slid(u, foot_steps(curve, points, u, period), period)
-    return u
-
-
-def foot_steps(curve: Curve, points: Array, u: Array, period: float | None) -> Array:
-    """Return how far (n,) the parameters u (n,) of points (d, n) are from those of their foot points, by Newton."""
-    step = np.empty(len(u))
-    for rows in blocks(len(u)):
-        at = within(curve, u[rows], period)
-        step[rows] = newton(curve, points[:, rows], *curve.spans.local(at, curve.spans.find(at)))
-    return step
-
-
-def within(curve: Curve, u: Array, period: float | None) -> Array:
-    """Return the parameters u (n,), where closed a period on if they are before the curve's first."""
-    return u if period is None else np.where(u < curve.spans.knots[0], u + period, u)
-
-
-def slid(u: Array, step: Array, period: float | None) -> Array:
-    """Return the parameters u (n,) moved by the steps (n,), none by as much as half the gap to a neighbour.
-
-    The ends of an open curve (no `period`) stay.
-    """
-    if period is not None:
-        room = _NEAR * np.diff(u, append=u[0] + period)
-        return u + np.minimum(np.maximum(step, -shifted(room, 1)), room)
-    room = _NEAR * (u[1:] - u[:-1])
-    u = u.copy()
-    u[1:-1] += np.minimum(np.maximum(step[1:-1], -room[:-1]), room[1:])
-    return u
-
-
-def newton(curve: Curve, points: Array, local: Array, wrapped: Ints) -> Array:
-    """Return Newton's step (n,) from local parameters in spans toward each point's foot, a minimum of the distance."""
-    a, b, c, e = curve.powers[:, :, wrapped]
-    ex = e * local
-    gap = points - (((ex + c) * local + b) * local + a)
-    first = (3.0 * ex + 2.0 * c) * local + b
-    slope = np.einsum("dn,dn->n", gap, first)
-    flat = np.einsum("dn,dn->n", first, first)
-    rate = flat - np.einsum("dn,dn->n", gap, 6.0 * ex + 2.0 * c)
-    rate = np.where(rate > 0.2 * flat, rate, flat)
-    return np.asarray(np.divide(slope * curve.spans.steps[wrapped], rate, out=np.zeros_like(slope), where=rate > 0))
-
-
-def wrapped(curve: Curve, u: Array) -> tuple[Curve, Array]:
-    """Where closed, number the spans so that the first parameter lies in span 0."""
-    spans = curve.spans
-    if not spans.closed or spans.knots[0] <= u[0] < spans.knots[1]:
-        return curve, u
-    period = spans.knots[-1] - spans.knots[0]
-    turns = np.floor((u[0] - spans.knots[0]) / period)
-    u = u - turns * period
-    k = int(np.clip(np.searchsorted(spans.knots, u[0], side="right") - 1, 0, spans.count - 1))
-    knots = np.concatenate([spans.knots[k:-1], spans.knots[:k] + period, spans.knots[k : k + 1] + period])
-    return Curve(Spans(knots, True), np.roll(curve.poles, -k, axis=1)), u
 
 
 def _equations(
@@ -312,10 +235,12 @@ def _knot_functions(curve: Curve) -> tuple[Array, Array]:
     if not spans.closed:
         first[0] = last[-1] = 0.0
     shapes = np.zeros((4, 3, spans.count))
-    shapes[:, 0] = _FALLING * first
-    shapes[:, 1] = np.stack([a * p**3, -3.0 * a * p * p * h, 3.0 * a * p * h * h, -a * cube]) + _FALLING * (b * cube)
+    np.multiply(_FALLING, first, out=shapes[:, 0])
+    p2, h2 = a * p * p, h * h
+    shapes[:, 1] = np.array([p2 * p, -3.0 * p2 * h, 3.0 * a * p * h2, -a * cube]) + _FALLING * (b * cube)
     shapes[3, 2] = last
-    return shapes, np.stack([shifted(toward, 1), toward, shifted(toward, -1)], axis=1)
+    around = np.concatenate([toward[:, -1:], toward, toward[:, :1]], axis=1)
+    return shapes, np.stack([around[:, :-2], toward, around[:, 2:]], axis=1)
 
 
 def strays(trial: Trial) -> tuple[Array, Array]:

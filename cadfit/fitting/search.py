@@ -15,6 +15,7 @@ from cadfit.fitting.targets import Targets
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
+_SHARE = 0.4  # of the spans: the most that one trial takes away
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 
 
@@ -73,9 +74,9 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int) -> Trial:
     """
     m = trial.curve.spans.count
     least = 4 if trial.goal.closed else 1
-    cut = max(1, round(0.4 * m))
+    cut = m
     for _ in range(trials):
-        cut = min(cut, m - least)
+        cut = min(cut, max(1, round(_SHARE * m)), m - least)
         if cut < 1:
             break
         starts = [start(trial.goal, knots(trial, m - cut), trial.u) for knots in (by_jumps, by_removal)]

@@ -122,8 +122,8 @@ def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, h
     matrix = np.bincount(layout.entries, matrices.ravel(), size * unknowns + 1)[:-1].reshape(layout.shape)
     right = np.bincount(layout.rows, sides.ravel(), unknowns + 1)[:-1]
     diagonal = matrix[0].reshape(-1, len(damping))
-    scale = diagonal.mean(axis=0)
-    scale[:d] = scale[:d].mean()
+    scale = np.add.reduce(diagonal) / len(diagonal)
+    scale[:d] = np.add.reduce(scale[:d]) / d
     for block, direction in held:
         first = int(layout.order[block]) * len(damping)
         for c in range(len(direction)):

@@ -10,7 +10,8 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.checking import Check, Stretch, checked
-from cadfit.fitting.relax import Trial, relax, start, watched, wrapped
+from cadfit.fitting.feet import wrapped
+from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded
 from cadfit.fitting.search import fewest, grow
 from cadfit.fitting.spans import Curve
@@ -20,7 +21,7 @@ from cadfit.fitting.thinned import carried, more_rows, spread
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
-_FAST, _BEST = (9, 8, 0), (60, 16, 8)  # passes, trials, exchanges of knots
+_FAST, _BEST = (8, 8, 0), (60, 16, 8)  # passes, trials, exchanges of knots
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
 

@@ -1,0 +1,106 @@
+"""A curve seen from points: places, tangents, and the way to the points' feet, in order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.fitting.matching import blocks
+from cadfit.fitting.spans import Curve, Spans, shifted
+
+_NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A curve seen at parameters (n,): their spans, local parameters and spans modulo m, the places, the tangents.
+
+    `powers` (4, d, n): the spans' polynomials of the local parameter. Places and tangents are (d, n), the latter
+    derivatives by the local parameter.
+    """
+
+    span: Ints
+    local: Array
+    wrapped: Ints
+    powers: Array
+    places: Array
+    tangents: Array
+
+
+def look(curve: Curve, u: Array) -> Look:
+    """Return how the curve is seen at u (n,)."""
+    span = curve.spans.find(u)
+    return _seen(curve, span, *curve.spans.local(u, span))
+
+
+def look_again(curve: Curve, seen: Look) -> Look:
+    """Return how a curve on the same knots is seen at the same parameters."""
+    return _seen(curve, seen.span, seen.local, seen.wrapped)
+
+
+def _seen(curve: Curve, span: Ints, local: Array, wrapped: Ints) -> Look:
+    powers = curve.powers[:, :, wrapped]
+    a, b, c, e = powers
+    ex = e * local
+    return Look(span, local, wrapped, powers, ((ex + c) * local + b) * local + a, (3.0 * ex + 2.0 * c) * local + b)
+
+
+def newton(curve: Curve, points: Array, seen: Look) -> Array:
+    """Return Newton's step (n,) toward the foot of each point (d, n), a minimum of the distance."""
+    _, _, c, e = seen.powers
+    gap, first = points - seen.places, seen.tangents
+    slope = np.einsum("dn,dn->n", gap, first)
+    flat = np.einsum("dn,dn->n", first, first)
+    rate = flat - np.einsum("dn,dn->n", gap, (6.0 * seen.local) * e + 2.0 * c)
+    rate = np.where(rate > 0.2 * flat, rate, flat)
+    rate[rate == 0.0] = np.inf  # no tangent, no step
+    return np.asarray(slope * curve.spans.steps[seen.wrapped] / rate)
+
+
+def slid(u: Array, step: Array, period: float | None) -> Array:
+    """Return the parameters u (n,) moved by the steps (n,), none by as much as half the gap to a neighbour.
+
+    The ends of an open curve (no `period`) stay.
+    """
+    if period is not None:
+        room = _NEAR * np.diff(u, append=u[0] + period)
+        return u + np.minimum(np.maximum(step, -shifted(room, 1)), room)
+    room = _NEAR * (u[1:] - u[:-1])
+    u = u.copy()
+    u[1:-1] += np.minimum(np.maximum(step[1:-1], -room[:-1]), room[1:])
+    return u
+
+
+def feet(curve: Curve, points: Array, u: Array, period: float | None, steps: int = 2) -> Array:
+    """Return the parameters u (n,) of points (d, n) moved toward their foot points, order kept."""
+    for _ in range(steps):
+        u = slid(u, foot_steps(curve, points, u, period), period)
+    return u
+
+
+def foot_steps(curve: Curve, points: Array, u: Array, period: float | None) -> Array:
+    """Return how far (n,) the parameters u (n,) of points (d, n) are from those of their foot points, by Newton."""
+    step = np.empty(len(u))
+    for rows in blocks(len(u)):
+        step[rows] = newton(curve, points[:, rows], look(curve, within(curve, u[rows], period)))
+    return step
+
+
+def within(curve: Curve, u: Array, period: float | None) -> Array:
+    """Return the parameters u (n,), where closed a period on if they are before the curve's first."""
+    return u if period is None else np.where(u < curve.spans.knots[0], u + period, u)
+
+
+def wrapped(curve: Curve, u: Array) -> tuple[Curve, Array]:
+    """Where closed, number the spans so that the first parameter lies in span 0."""
+    spans = curve.spans
+    if not spans.closed or spans.knots[0] <= u[0] < spans.knots[1]:
+        return curve, u
+    period = spans.knots[-1] - spans.knots[0]
+    turns = np.floor((u[0] - spans.knots[0]) / period)
+    u = u - turns * period
+    k = int(np.clip(np.searchsorted(spans.knots, u[0], side="right") - 1, 0, spans.count - 1))
+    knots = np.concatenate([spans.knots[k:-1], spans.knots[:k] + period, spans.knots[k : k + 1] + period])
+    return Curve(Spans(knots, True), np.roll(curve.poles, -k, axis=1)), u
