@@ -29,6 +29,8 @@ def approximate(points, closed, poles):
     if done.returncode:
         return None, perf_counter() - start
     with np.load(BytesIO(done.stdout)) as found:
+        if not np.isfinite(found["poles"]).all():  # its normal equations can be singular
+            return None, float(found["seconds"])
         if closed:
             return cadfit.periodic(np.roll(found["poles"], -1, axis=0), found["knots"]), float(found["seconds"])
         return cadfit.BSpline(found["poles"], found["knots"]), float(found["seconds"])

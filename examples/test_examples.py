@@ -133,6 +133,20 @@ def test_uneven_spacing(tmp_path):
     assert shows(tmp_path / "uneven_spacing.png", BLUE, 1000)
 
 
+def test_tolerance(tmp_path):
+    airfoil, circle, plate = example("tolerance")(tmp_path).values()
+    for said in (airfoil, circle, plate):
+        assert said["at points"] <= said["tolerance"]
+    assert (airfoil["points"], airfoil["corners"], airfoil["curves"]) == (128, 1, 1)
+    assert airfoil["poles"] <= 15
+    assert circle["poles"] <= 12
+    assert circle["length"] == pytest.approx(100 * np.pi, rel=0.003)
+    assert (plate["corners"], plate["curves"]) == (5, 5)
+    assert plate["between"] <= plate["tolerance"]
+    assert plate["poles"] <= 30
+    assert shows(tmp_path / "tolerance.png", VERMILION, 500)
+
+
 def test_planes(tmp_path):
     found = example("planes")(tmp_path)
     assert max(found.values()) < 1e-13

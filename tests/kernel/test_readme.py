@@ -19,9 +19,11 @@ def test_the_readmes_lines_run(tmp_path, monkeypatch):
     names = {}
     exec(code, names)
     [back] = names["cadfit"].read("airfoil.step").curves
-    assert np.array_equal(back.poles[:, :2], names["spline"].poles)
-    assert np.array_equal(back.knots, names["spline"].knots)
-    assert names["found"].points < 1e-14
+    fit = names["fit"]
+    assert np.array_equal(back.poles[:, :2], fit.spline.poles)
+    assert np.array_equal(back.knots, fit.spline.knots)
+    assert (len(fit.spline.poles), fit.corners.tolist()) == (13, [0])
+    assert fit.deviation.points <= 1e-4
     mesh = trimesh.load("tube.stl")
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(np.pi * 0.75**2 * names["wire"].length(), rel=1e-3)
