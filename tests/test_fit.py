@@ -9,6 +9,7 @@ import cadfit
 from cadfit.bezier import distance_to_segment
 
 from corpus_data import OWN, curves, rotation, shapes, turn
+from judge import violations
 
 
 def barry_goldman(a, b, c, d, count):
@@ -55,7 +56,7 @@ def promise(fit, points, closed, corners=(), between="curve", per_chord=80):
         for k in range(len(rows) - (not whole)):
             i, j = rows[k], rows[(k + 1) % len(rows)]
             a, b = u[i], u[j]
-            if b <= a:
+            if b < a:
                 b += high - low
             at = a + np.linspace(0, 1, per_chord) * (b - a)
             places = curve(np.where(at > high, at - (high - low), at))
@@ -236,6 +237,40 @@ def test_weights_draw_the_curve_nearer_and_the_tolerance_holds_for_all():
         held(fit, type(OWN["leaf"])(points, True))
         gaps.append(np.linalg.norm(fit.spline(fit.parameters) - points, axis=1)[:40].mean())
     assert gaps[1] < gaps[0]
+
+
+def many(n, closed, noise, seed=3):
+    """Points of which only some are fitted at first, given the noise's standard deviation."""
+    t = 2 * np.pi * np.arange(n) / n
+    points = np.column_stack([10 * np.cos(t) + np.sin(3 * t), 6 * np.sin(t), np.cos(2 * t)])
+    points += np.random.default_rng(seed).normal(scale=noise, size=points.shape)
+    return type(OWN["leaf"])(points if closed else points[: n // 2], closed)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("noise", [0.0, 1.5e-3])
+def test_many_points_take_no_more_poles_than_some(closed, noise):
+    some, all_ = (
+        cadfit.fit(shape.points, 0.01, closed=closed, effort="fast", corners=None)
+        for shape in (many(2000, closed, noise), many(20000, closed, noise))
+    )
+    assert len(all_.spline.poles) <= 1.3 * len(some.spline.poles) + 1
+    assert violations(all_, many(20000, closed, noise).points, closed) == []
+
+
+@pytest.mark.parametrize("rows", [[1234], [3000, 3001], [2, 7001, 7997]])
+def test_points_out_of_line_are_held_among_many(rows):
+    shape = many(16000, False, 1e-4)
+    shape.points[rows] += [0.0, 0.0, 0.08]
+    fit = cadfit.fit(shape.points, 0.01, effort="fast", corners=None)
+    assert violations(fit, shape.points, False) == []
+    assert len(fit.spline.poles) <= 300
+
+
+def test_noise_at_the_tolerance_is_followed_among_many_points():
+    shape = many(5200, False, 4e-3)
+    fit = cadfit.fit(shape.points, 0.01, effort="fast", corners=None)
+    assert violations(fit, shape.points, False) == []
 
 
 # Laws.
