@@ -15,7 +15,6 @@ from cadfit.fitting.targets import Targets
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
-_SHARE = 0.4  # of the spans: the most that one trial takes away
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 
 
@@ -66,17 +65,17 @@ def _bisected(trial: Trial) -> Array:
     return np.unique(np.concatenate(new))
 
 
-def fewest(trial: Trial, passes: int, trials: int, exchanges: int) -> Trial:
+def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float) -> Trial:
     """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
 
-    Each takes spans away: three tenths at first, half as many after each failure. Before one counts as failed, knots
+    Each takes spans away: a share of them at first, half as many after each failure. Before one counts as failed, knots
     are exchanged, up to so many times, as long as the largest error falls.
     """
     m = trial.curve.spans.count
     least = 4 if trial.goal.closed else 1
     cut = m
     for _ in range(trials):
-        cut = min(cut, max(1, round(_SHARE * m)), m - least)
+        cut = min(cut, max(1, round(share * m)), m - least)
         if cut < 1:
             break
         starts = [start(trial.goal, knots(trial, m - cut), trial.u) for knots in (by_jumps, by_removal)]

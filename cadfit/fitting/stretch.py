@@ -21,7 +21,7 @@ from cadfit.fitting.thinned import carried, more_rows, spread
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
-_FAST, _BEST = (8, 8, 0), (60, 16, 8)  # passes, trials, exchanges of knots
+_FAST, _BEST = (8, 8, 0, 0.4), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -106,10 +106,10 @@ def _found(stretch: Stretch, best: bool) -> Check:
     """Return a curve that holds: grown until it does, then with fewer spans as long as it does."""
     n = len(stretch.points)
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
-    goal, effort = stretch.goal(rows), _BEST if best else _FAST
+    goal = stretch.goal(rows)
     trial = grow(goal, np.linspace(0.0, goal.period, 5 if goal.closed else 2), goal.u)
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, fewest(trial, *effort), rows)
+        fewer, _ = _mended(stretch, _fewest(trial, best), rows)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
     grown, rows = _mended(stretch, trial, rows)
@@ -117,8 +117,14 @@ def _found(stretch: Stretch, best: bool) -> Check:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, fewest(grown.trial, *effort), rows)
+    fewer, _ = _mended(stretch, _fewest(grown.trial, best), rows)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
+
+
+def _fewest(trial: Trial, best: bool) -> Trial:
+    """Return the trial with fewer spans: what is quickly found, and from there what more time finds."""
+    trial = fewest(trial, *_FAST)
+    return fewest(trial, *_BEST) if best else trial
 
 
 def _mended(stretch: Stretch, trial: Trial, rows: Ints) -> tuple[Check, Ints]:
