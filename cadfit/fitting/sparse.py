@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.chain import padded, piece_errors, pieces_of, points_inside, window_errors
+from cadfit.fitting.chain import (
+    drop_costs,
+    padded,
+    padded_errors,
+    piece_errors,
+    pieces_of,
+    points_inside,
+    window_errors,
+)
 from cadfit.fitting.rearrange import rearranged
 
 _APART = 3  # dominant points between two changes that touch no piece in common
@@ -41,7 +49,7 @@ def thinned(columns: Array, count: int, closed: bool) -> Ints:
     """
     indices = np.arange(columns.shape[1])
     while (surplus := len(indices) - count) > 0:
-        costs = _drop_costs(columns, indices, closed, _padded_errors(columns, indices, closed))
+        costs = drop_costs(columns, indices, closed, padded_errors(columns, indices, closed))
         most = int(_SHARE * surplus) + 1
         chosen = np.flatnonzero(_least_around(costs) & np.isfinite(costs))
         chosen = chosen[costs[chosen] <= np.partition(costs, most - 1)[most - 1]]
@@ -62,23 +70,6 @@ def settled(columns: Array, indices: Ints, closed: bool) -> tuple[Ints, list[flo
     return indices, history
 
 
-def _padded_errors(columns: Array, indices: Ints, closed: bool) -> Array:
-    """Return the errors (m + 6,) of the pieces by their starts, from the third before the first dominant point on."""
-    errors = piece_errors(columns, pieces_of(indices, closed))
-    return errors[np.arange(-3, len(indices) + 3) % len(errors)] if closed else np.pad(errors, (3, 4))
-
-
-def _drop_costs(columns: Array, indices: Ints, closed: bool, errors: Array) -> Array:
-    """Return by how much the square error rises (m,) when a dominant point is dropped; infinite at open ends."""
-    around = padded(indices, closed, 3)
-    m = len(indices)
-    windows = np.stack([around[k : k + m] for k in (0, 1, 2, 4, 5, 6)], axis=1)
-    costs = window_errors(columns, windows) - sum(errors[k : k + m] for k in (1, 2, 3, 4))
-    if not closed:
-        costs[[0, -1]] = np.inf
-    return np.asarray(costs)
-
-
 def _least_around(costs: Array) -> NDArray[np.bool_]:
     """Return whether each number (m,) is the least of those near it, round the ends, the first of equal ones."""
     rank = np.empty(len(costs), dtype=np.intp)
@@ -92,7 +83,7 @@ def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
     ranks = np.arange(m) if closed else np.arange(1, m - 1)
     if m < 4:
         return indices
-    around, errors = padded(indices, closed, 3), _padded_errors(columns, indices, closed)
+    around, errors = padded(indices, closed, 3), padded_errors(columns, indices, closed)
     falls, targets = np.zeros(m), indices.copy()
     for step in _STEPS:
         neighbours = around[ranks + 3], around[ranks + 4] if step > 0 else around[ranks + 2]
@@ -110,9 +101,9 @@ def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
 def _exchanged(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
     """Return the dominant points after a round of exchanges: one added for each dropped, where that pays."""
     m = len(indices)
-    errors = _padded_errors(columns, indices, closed)
+    errors = padded_errors(columns, indices, closed)
     rows, pieces, gains = _additions(columns, indices, closed, errors)
-    costs = _drop_costs(columns, indices, closed, errors)
+    costs = drop_costs(columns, indices, closed, errors)
     cheapest, value = np.argsort(costs, kind="stable").tolist(), costs.tolist()
     taken = bytearray(m)  # dominant points near a change
     added, dropped = [], []

@@ -1,19 +1,23 @@
 """The paper's search: add a dominant point where the error is largest, drop one where it is smallest, while it helps.
 
-Every dominant point's cost of being dropped is kept, and computed anew only near a swap; a heap and a tree hold the
-orders. So a swap costs the evaluation of the pieces near it and a few steps per doubling of the number of points.
+What dropping a dominant point costs is kept, and is computed anew only near a swap and when it is asked for; heaps and
+a tree hold the orders. So a swap costs some pieces near it, in plain floats, and a few steps per doubling of the number
+of points. Plain arrays instead of lists keep those steps within the processor's caches at many points.
 """
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterable, Iterator
 from heapq import heapify, heappop, heappush
 
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.chain import padded, piece_errors, pieces_of, points_inside, square_distances, window_errors
+from cadfit.fitting.chain import drop_costs, padded, padded_errors, piece_squares, square_distances
 
 _LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
+_FEW = 60  # points inside a piece that are summed in plain floats; with more, numpy's calls pay
 
 
 def swapped(columns: Array, indices: Ints, turns: Array, closed: bool) -> tuple[Ints, list[float]]:
@@ -30,15 +34,31 @@ def swapped(columns: Array, indices: Ints, turns: Array, closed: bool) -> tuple[
     return chain.indices(), chain.history
 
 
-class _First:
-    """Numbers in a fixed order, infinite at first; finds the first one below a bound: a tree of minima."""
+def _floats(numbers: Array) -> array[float]:
+    return array("d", numbers.tobytes())
 
-    def __init__(self, count: int) -> None:
-        self.size = 1 << max(count - 1, 1).bit_length()
-        self.least = [np.inf] * (2 * self.size)
+
+def _ints(numbers: Ints) -> array[int]:
+    return array("q", numbers.astype(np.int64).tobytes())
+
+
+class _First:
+    """Numbers in a fixed order; finds the first one below a bound: a tree of minima."""
+
+    def __init__(self, numbers: Array) -> None:
+        self.size = 1 << max(len(numbers) - 1, 1).bit_length()
+        levels = [np.pad(numbers, (0, self.size - len(numbers)), constant_values=np.inf)]
+        while len(levels[-1]) > 1:
+            levels.append(levels[-1].reshape(-1, 2).min(axis=1))
+        self.least = _floats(np.concatenate([[np.inf], *levels[::-1]]))
+
+    def __getitem__(self, place: int) -> float:
+        return self.least[place + self.size]
 
     def __setitem__(self, place: int, value: float) -> None:
         least, node = self.least, place + self.size
+        if least[node] == value:
+            return
         least[node] = value
         while node > 1:
             other = least[node ^ 1]
@@ -51,6 +71,8 @@ class _First:
     def below(self, bound: float, place: int = 0) -> int:
         """Return the first place, from `place` on, whose number is below the bound; -1 if there is none."""
         least, node = self.least, place + self.size
+        if place >= self.size:
+            return -1
         while least[node] >= bound:
             while node & 1:  # up, past the right children
                 node >>= 1
@@ -68,45 +90,140 @@ class _Chain:
     """Dominant points as a linked list, with the errors of the pieces (by their starts) and the costs of dropping."""
 
     def __init__(self, columns: Array, indices: Ints, turns: Array, closed: bool) -> None:
-        self.columns, self.n = columns, columns.shape[1]
-        self.least = _LEAST, (16.0 * np.finfo(np.float64).eps * float(np.abs(columns).max())) ** 2
+        self.columns, self.points, self.n = columns, _floats(columns.T), columns.shape[1]
+        self.rounding = (16.0 * np.finfo(np.float64).eps * float(np.abs(columns).max())) ** 2
         order = np.lexsort((np.arange(self.n), turns))
-        self.row_at = order.tolist()
-        self.place = np.argsort(order).tolist()  # of each row, by turn angle
-        self.before, self.after = [-1] * self.n, [-1] * self.n
-        rows = indices.tolist()
-        self.first = rows[0]
-        for left, right in zip(rows, rows[1:], strict=False):
-            self.before[right], self.after[left] = left, right
-        self.before[rows[0]], self.after[rows[-1]] = (rows[-1], rows[0]) if closed else (rows[0], rows[-1])
-        self.fixed = set() if closed else {rows[0], rows[-1]}
-        self.error = [0.0] * self.n
-        pieces = pieces_of(indices, closed)
-        for start, error in zip(pieces[:, 1].tolist(), piece_errors(columns, pieces).tolist(), strict=True):
-            self.error[start] = error
-        self.total = sum(self.error)
-        self.history = [self.total]
-        self.largest = [(-self.error[row], row) for row in rows]
+        self.row_at, self.place = _ints(order), _ints(np.argsort(order))  # by turn angle
+        self.fixed = set() if closed else {int(indices[0]), int(indices[-1])}
+        links = np.full((2, self.n), -1)
+        rows = padded(indices, closed, 1)
+        links[:, indices] = rows[:-2], rows[2:]
+        self.before, self.after = _ints(links[0]), _ints(links[1])
+        errors, free, costs = np.zeros(self.n), np.zeros(self.n, dtype=bool), np.full(self.n, np.inf)
+        around = padded_errors(columns, indices, closed)
+        errors[indices] = around[3:-3]
+        free[indices] = (around[3:-3] == 0.0) | (around[2:-4] == 0.0)
+        costs[indices] = drop_costs(columns, indices, closed, around)
+        self.error = _floats(errors)
+        self.free = _First(np.where(free, costs, np.inf)[order])  # of the ends of pieces without error; -inf: not known
+        self.smallest = [(self.error[row], row) for row in np.flatnonzero(errors).tolist()]
+        self.largest = [(-error, row) for error, row in self.smallest]
         heapify(self.largest)
-        self.smallest = [(error, row) for _, row in self.largest if (error := self.error[row])]
         heapify(self.smallest)
-        self.cost = [0.0] * self.n  # of dropping each dominant point
-        self.free = _First(self.n)  # those costs at the ends of pieces without error
-        self.price(padded(indices, closed, 3).tolist())
+        self.history = [sum(self.error)]
 
     def indices(self) -> Ints:
         """Return the dominant points, rising."""
-        rows, row = [self.first], self.after[self.first]
-        while row not in (rows[0], rows[-1]):
-            rows.append(row)
-            row = self.after[row]
-        return np.sort(np.array(rows, dtype=np.intp))
+        return np.flatnonzero(np.array(self.after) >= 0)
 
-    def insert(self, row: int, left: int, right: int) -> None:
+    def swap(self) -> bool:
+        """Make one swap, and return whether there is one; where there is none, what is kept holds no longer."""
+        largest, left = self.top(self.largest, -1.0)
+        if largest == 0.0:
+            return False
+        right = self.after[left]
+        squares = self.squares(left)
+        added = (left + 1 + squares.index(max(squares))) % self.n
+        ends = self.smallest_ends()
+        for row in self.walk(left, 2, 3):
+            if self.free[self.place[row]] < np.inf:
+                self.free[self.place[row]] = -np.inf
+        self.link(added, left, right)
+        gain = self.update({self.before[left], left, added, right})
+        needed = _LEAST * self.history[-1] + self.rounding
+        for row, cost in self.costs(ends) if ends else self.free_costs(gain - needed):
+            if gain - cost > needed:
+                self.drop(row)
+                for near in {row, *self.walk(added, 3, 3)}:
+                    self.queue(near)
+                self.history.append(self.history[-1] - (gain - cost))
+                return True
+        self.unlink(added)
+        return False
+
+    def smallest_ends(self) -> list[int]:
+        """Return the ends of the piece of the smallest error, where all have some, in the order to try them."""
+        if self.free.least[1] < np.inf:
+            return []
+        _, start = self.top(self.smallest, 1.0)
+        return sorted({start, self.after[start]} - self.fixed, key=lambda row: self.place[row])
+
+    def costs(self, rows: list[int]) -> Iterator[tuple[int, float]]:
+        """Yield dominant points with what dropping each costs."""
+        return ((row, self.cost(row)) for row in rows)
+
+    def free_costs(self, bound: float) -> Iterator[tuple[int, float]]:
+        """Yield the ends of pieces without error that may cost less than the bound, in order, and what each costs."""
+        place = self.free.below(bound)
+        while place >= 0:
+            if self.free[place] == -np.inf:
+                self.free[place] = self.cost(self.row_at[place])
+            yield self.row_at[place], self.free[place]
+            place = self.free.below(bound, place + 1)
+
+    def cost(self, row: int) -> float:
+        """Return by how much the total error rises when a dominant point is dropped."""
+        left, right = self.unlink(row)
+        starts = {self.before[left], left, right}
+        rise = sum(self.piece_error(start) for start in starts) - sum(self.error[start] for start in starts)
+        self.link(row, left, right)
+        return rise - self.error[row]
+
+    def drop(self, row: int) -> None:
+        left, right = self.unlink(row)
+        self.error[row] = 0.0
+        self.update({self.before[left], left, right})
+        for near in self.walk(left, 2, 3):
+            self.queue(near)
+
+    def queue(self, row: int) -> None:
+        """Have the cost of dropping a row computed when it is asked for, if it is an end of a piece without error."""
+        free = self.error[row] == 0.0 or self.error[self.before[row]] == 0.0
+        dominant = self.after[row] >= 0 and row not in self.fixed
+        self.free[self.place[row]] = -np.inf if free and dominant else np.inf
+
+    def update(self, starts: Iterable[int]) -> float:
+        """Compute the errors of pieces, by their starts, anew, and return by how much they fall in all."""
+        fall = 0.0
+        for start in starts:
+            error, old = self.piece_error(start), self.error[start]
+            if error != old:
+                fall += old - error
+                self.error[start] = error
+                if error:
+                    heappush(self.largest, (-error, start))
+                    heappush(self.smallest, (error, start))
+        return fall
+
+    def piece_error(self, start: int) -> float:
+        total = 0.0
+        for square in self.squares(start):  # not sum, which rounds in another way, and otherwise than the other code
+            total += square
+        return total
+
+    def squares(self, start: int) -> list[float]:
+        """Return the squared distances of the points inside a piece."""
+        end = self.after[start]
+        inside = (end - start) % self.n - 1
+        if inside < 1:
+            return []
+        piece = self.before[start], start, end, self.after[end]
+        if inside <= _FEW:
+            return piece_squares(self.points, len(self.columns), *piece)
+        found: list[float] = square_distances(self.columns, np.array([piece]), np.array([inside]))[1].tolist()
+        return found
+
+    def top(self, heap: list[tuple[float, int]], sign: float) -> tuple[float, int]:
+        """Return the piece (error, start) at the top of a heap, entries that no longer hold thrown away; 0: none."""
+        while heap and (self.after[heap[0][1]] < 0 or sign * heap[0][0] != self.error[heap[0][1]]):
+            heappop(heap)
+        return (sign * heap[0][0], heap[0][1]) if heap else (0.0, -1)
+
+    def link(self, row: int, left: int, right: int) -> None:
         self.before[row], self.after[row] = left, right
         self.after[left] = self.before[right] = row
 
-    def remove(self, row: int) -> tuple[int, int]:
+    def unlink(self, row: int) -> tuple[int, int]:
         """Take a row out, and return its neighbours."""
         left, right = self.before[row], self.after[row]
         self.after[left], self.before[right] = right, left
@@ -115,103 +232,9 @@ class _Chain:
 
     def walk(self, row: int, back: int, ahead: int) -> list[int]:
         """Return the dominant points so many steps before and after one, itself in the middle."""
-        left, right = [row], [row]
         for _ in range(back):
-            left.append(self.before[left[-1]])
-        for _ in range(ahead):
-            right.append(self.after[right[-1]])
-        return left[:0:-1] + right
-
-    def price(self, *runs: list[int]) -> None:
-        """Compute the costs of dropping the dominant points of each run but three at either end, and queue them."""
-        windows = [run[k - 3 : k + 4] for run in runs for k in range(3, len(run) - 3) if run[k] not in self.fixed]
-        if not windows:
-            return
-        errors = window_errors(self.columns, np.array(windows, dtype=np.intp)[:, [0, 1, 2, 4, 5, 6]]).tolist()
-        for window, error in zip(windows, errors, strict=True):
-            row = window[3]
-            self.cost[row] = error - sum(self.error[start] for start in set(window[1:5]))
-            self.queue(row)
-
-    def queue(self, row: int) -> None:
-        free = self.error[row] == 0.0 or self.error[self.before[row]] == 0.0
-        self.free[self.place[row]] = self.cost[row] if free else np.inf
-
-    def changed(self, starts: set[int]) -> tuple[list[int], list[float]]:
-        """Return starts of pieces and the errors they have as the list stands."""
-        rows = sorted(starts)
-        pieces = np.array([self.walk(row, 1, 2) for row in rows], dtype=np.intp)
-        return rows, piece_errors(self.columns, pieces).tolist()
-
-    def swap(self) -> bool:
-        """Make one swap, and return whether one was found."""
-        largest, left = self.top(self.largest, -1.0)
-        if largest == 0.0:
-            return False
-        right = self.after[left]
-        piece = np.array([self.walk(left, 1, 2)], dtype=np.intp)
-        squares = square_distances(self.columns, piece, points_inside(self.n, piece))[1]
-        added = (left + 1 + int(np.argmax(squares))) % self.n
-        near = {*self.walk(left, 4, 5)} - self.fixed
-        free = [row for row in near if self.free.least[self.place[row] + self.free.size] < np.inf]
-        for row in free:  # what dropping costs is not known here, but by trying
-            self.free[self.place[row]] = -np.inf
-        ends = self.smallest_ends()
-        self.insert(added, left, right)
-        starts = {*self.walk(added, 2, 1)}
-        gain = sum(self.error[row] for row in starts) - sum(self.changed(starts)[1])
-        needed = self.least[0] * self.total + self.least[1]
-        found = any(self.drop(added, row, starts, needed) for row in ends) or self.drop_free(
-            added, starts, gain, needed
-        )
-        if not found:
-            self.remove(added)
-        for row in free:
-            if self.after[row] >= 0:
-                self.queue(row)
-        return found
-
-    def top(self, heap: list[tuple[float, int]], sign: float) -> tuple[float, int]:
-        """Return the piece (error, start) at the top of a heap, entries that no longer hold thrown away."""
-        while self.after[heap[0][1]] < 0 or sign * heap[0][0] != self.error[heap[0][1]]:
-            heappop(heap)
-        return sign * heap[0][0], heap[0][1]
-
-    def smallest_ends(self) -> list[int]:
-        """Return the ends of the piece of the smallest error, where all have some, in the order to try them."""
-        if self.free.least[1] < np.inf:
-            return []
-        _, start = self.top(self.smallest, 1.0)
-        ends = {start, self.after[start]} - self.fixed
-        return sorted(ends, key=lambda row: self.place[row])
-
-    def drop_free(self, added: int, starts: set[int], gain: float, needed: float) -> bool:
-        """Drop the first end of a piece without error that lowers the total, and return whether there is one."""
-        place = self.free.below(gain - needed)
-        while place >= 0:
-            if self.drop(added, self.row_at[place], starts, needed):
-                return True
-            place = self.free.below(gain - needed, place + 1) if place + 1 < self.n else -1
-        return False
-
-    def drop(self, added: int, row: int, starts: set[int], needed: float) -> bool:
-        """Drop a dominant point if with the one added that lowers the total, and return whether it does."""
-        left, right = self.remove(row)
-        rows, errors = self.changed((starts - {row}) | {self.before[left], left, right})
-        fall = self.error[row] + sum(self.error[start] for start in rows) - sum(errors)
-        if not fall > needed:
-            self.insert(row, left, right)
-            return False
-        self.free[self.place[row]] = np.inf
-        self.error[row] = 0.0
-        for start, error in zip(rows, errors, strict=True):
-            self.error[start] = error
-            heappush(self.largest, (-error, start))
-            if error:
-                heappush(self.smallest, (error, start))
-        if self.first == row:
-            self.first = added
-        self.total -= fall
-        self.history.append(self.total)
-        self.price(self.walk(added, 7, 7), self.walk(left, 5, 6))
-        return True
+            row = self.before[row]
+        rows = [row]
+        for _ in range(back + ahead):
+            rows.append(self.after[rows[-1]])
+        return rows
