@@ -11,7 +11,7 @@ from cadfit import cardinal_pieces, cardinal_spline, dominant_points, fit_domina
 from cadfit.bezier import distance_to_segment
 from cadfit.fitting.dom import dom
 from cadfit.fitting.dominant import initial_dominant_points, refine_dominant_points, square_error, turn_angles
-from cadfit.fitting.rearrange import optimal_dominant_points
+from cadfit.fitting.dominant_optimum import optimal_dominant_points
 
 import reference
 from corpus_data import point_rows, rotation, shapes, turn

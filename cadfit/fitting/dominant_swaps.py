@@ -14,7 +14,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.chain import drop_costs, padded, padded_errors, piece_squares, square_distances
+from cadfit.fitting.dominant_pieces import drop_costs, padded, padded_errors, piece_squares, square_distances
 
 _LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
 _FEW = 60  # points inside a piece that are summed in plain floats; with more, numpy's calls pay
