@@ -12,17 +12,17 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.dominant_optimum import rearranged
 from cadfit.fitting.dominant_pieces import (
+    chain_error,
     drop_costs,
     padded,
     padded_errors,
-    piece_errors,
     pieces_of,
     points_inside,
     window_errors,
 )
 
 _APART = 3  # dominant points between two changes that touch no piece in common
-_SHARE = 0.8  # of what is still to go, dropped in a round at most; at 0.1 the errors are the same
+_SHARE = 0.8  # of what is still to go, at most this is dropped in a round: at 0.3 the errors are much the same
 _STEPS = (-1, 1, -2, 2)  # rows a dominant point is moved by
 _CANDIDATES = 8  # points of a piece that are tried as dominant ones
 _ROUNDS = 8
@@ -37,12 +37,12 @@ def improved(columns: Array, starts: list[Ints], closed: bool) -> tuple[Ints, li
 
     `columns` (d, n): the points. `starts`: dominant points (m,), rising. No square error is above one before it.
     """
-    indices = min(starts, key=lambda each: _error(columns, each, closed))
-    history = [_error(columns, indices, closed)]
+    indices = min(starts, key=lambda each: chain_error(columns, each, closed))
+    history = [chain_error(columns, indices, closed)]
     m = len(indices)
     for start in () if m > _FEW else (0, m // 2) if closed else (0,):
         found = _rearranged(columns, indices, closed, start)
-        if (error := _error(columns, found, closed)) < history[-1]:
+        if (error := chain_error(columns, found, closed)) < history[-1]:
             indices = found
             history.append(error)
     indices, last = settled(columns, indices, closed)
@@ -58,27 +58,23 @@ def thinned(columns: Array, count: int, closed: bool) -> Ints:
     while (surplus := len(indices) - count) > 0:
         costs = drop_costs(columns, indices, closed, padded_errors(columns, indices, closed))
         most = int(_SHARE * (surplus - 1)) + 1
-        order = np.argsort(costs, kind="stable")[: max(most, 1)]
+        order = np.argsort(costs, kind="stable")[:most]
         indices = np.delete(indices, _apart(order[np.isfinite(costs[order])], len(indices)))
     return indices
 
 
 def settled(columns: Array, indices: Ints, closed: bool) -> tuple[Ints, list[float]]:
     """Return the dominant points after rounds of moves and exchanges, and the square error before and after each."""
-    history = [_error(columns, indices, closed)]
+    history = [chain_error(columns, indices, closed)]
     for _ in range(_ROUNDS):
         needed = _LEAST * history[-1]
         changed = _exchanged(columns, _moved(columns, indices, closed, needed), closed, needed)
-        error = _error(columns, changed, closed)
+        error = chain_error(columns, changed, closed)
         if not error < history[-1]:
             break
         indices = changed
         history.append(error)
     return indices, history
-
-
-def _error(columns: Array, indices: Ints, closed: bool) -> float:
-    return float(piece_errors(columns, pieces_of(indices, closed)).sum())
 
 
 def _apart(ranks: Ints, m: int) -> list[int]:

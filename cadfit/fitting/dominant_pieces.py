@@ -39,6 +39,11 @@ def piece_errors(columns: Array, pieces: Ints) -> Array:
     return errors
 
 
+def chain_error(columns: Array, indices: Ints, closed: bool) -> float:
+    """Return the square error of the dominant points `indices`: the sum of those of the pieces between them."""
+    return float(piece_errors(columns, pieces_of(indices, closed)).sum())
+
+
 def points_inside(n: int, pieces: Ints) -> Ints:
     """Return how many points (k,) lie inside each piece: between its start and its end."""
     return np.asarray(np.maximum((pieces[:, 2] - pieces[:, 1]) % n - 1, 0))
