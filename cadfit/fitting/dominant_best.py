@@ -27,7 +27,7 @@ _STEPS = (-1, 1, -2, 2)  # rows a dominant point is moved by
 _CANDIDATES = 8  # points of a piece that are tried as dominant ones
 _ROUNDS = 8
 _LEAST = 1e-12  # the part of the error by which a change must lower it: less is rounding
-_FEW = 60  # dominant points that are rearranged
+_FEW = 130  # dominant points that are rearranged
 _LONGER = 2  # the longest step tried above the longest there is
 _WORK = 1e6  # sums to compare: what the longest step tried goes by
 
@@ -39,12 +39,15 @@ def improved(columns: Array, starts: list[Ints], closed: bool) -> tuple[Ints, li
     """
     indices = min(starts, key=lambda each: chain_error(columns, each, closed))
     history = [chain_error(columns, indices, closed)]
-    m = len(indices)
+    m, arranged = len(indices), False
     for start in () if m > _FEW else (0, m // 2) if closed else (0,):
         found = _rearranged(columns, indices, closed, start)
+        arranged = found is not indices and not closed
         if (error := chain_error(columns, found, closed)) < history[-1]:
             indices = found
             history.append(error)
+    if arranged:  # moves and exchanges find no more
+        return indices, history
     indices, last = settled(columns, indices, closed)
     return indices, history + last[1:]
 
