@@ -21,7 +21,7 @@ from rich.progress import track
 import cadfit
 from cadfit.fitting.dom import dom
 from cadfit.fitting.dominant import initial_dominant_points, square_error, turn_angles
-from cadfit.fitting.rearrange import optimal_dominant_points
+from cadfit.fitting.dominant_optimum import optimal_dominant_points
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 import reference

@@ -64,7 +64,8 @@ def planar(name, points, fractions):
     plot_spline(cadfit.pieces_to_spline(pieces), a, points, poles=False, comb=False)
     plot_spline(cadfit.pieces_to_spline(pieces), b, comb=False, poles=False)
     polygon = np.concatenate([pieces[:, :3].reshape(-1, 2), pieces[-1:, 3]])
-    b.plot(*polygon.T, color=POLES, linewidth=0.5, marker="s", markersize=min(2.0, 100.0 / len(points)))
+    marks = {"marker": "s", "markersize": min(2.0, 100.0 / len(points)), "zorder": 1}  # below the curve
+    b.plot(*polygon.T, color=POLES, linewidth=0.5, **marks)
     plot_spline(cadfit.cardinal_spline(points), c, points, poles=False, comb=False)
     for ax, title in ((a, "(a) cardinal spline"), (b, "(b) Bézier pieces"), (c, "(c) C2 B-spline")):
         ax.set_title(title, fontsize="small")

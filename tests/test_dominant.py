@@ -1,17 +1,19 @@
 """Dominant points: the paper's method taken literally, laws, and what the default is worth against the optimum."""
 
+from array import array
 from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cadfit import cardinal_pieces, cardinal_spline, dominant_points, fit_dominant, parametrize
 from cadfit.bezier import distance_to_segment
 from cadfit.fitting.dom import dom
 from cadfit.fitting.dominant import initial_dominant_points, refine_dominant_points, square_error, turn_angles
-from cadfit.fitting.rearrange import optimal_dominant_points
+from cadfit.fitting.dominant_optimum import optimal_dominant_points
+from cadfit.fitting.dominant_pieces import piece_squares, points_inside, square_distances
 
 import reference
 from corpus_data import point_rows, rotation, shapes, turn
@@ -35,6 +37,14 @@ def same_as_literal(points, count, closed):
     return len(history) - 1
 
 
+def contour(points, closed):
+    """The points; of a closed curve without the last ones that repeat the first."""
+    while closed and np.array_equal(points[0], points[-1]):
+        assume(len(points) > 4)
+        points = points[:-1]
+    return points
+
+
 @st.composite
 def rough_points(draw):
     """Points at random, or on a small grid: repeats, straight runs, cusps, points behind the ends of chords."""
@@ -46,8 +56,7 @@ def rough_points(draw):
 
 @given(rough_points(), st.floats(0, 1), st.booleans())
 def test_the_search_is_the_literal_one(points, part, closed):
-    if closed and np.array_equal(points[0], points[-1]):
-        points = points[:-1]
+    points = contour(points, closed)
     count = 3 + int(part * (len(points) - 3))
     same_as_literal(points, count, closed)
 
@@ -60,6 +69,22 @@ def test_the_search_is_the_literal_one_on_real_curves(shape):
         for part in (0.8, 0.6, 0.3)
     ]
     assert len(points) < 20 or sum(swaps) > 0
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_search_is_the_literal_one_where_pieces_are_long(closed):
+    t = np.linspace(0, 5, 240)
+    points = np.column_stack([(1 + t) * np.cos(t), (1 + t) * np.sin(2 * t), t * t])
+    assert sum(same_as_literal(points, count, closed) for count in (3, 4, 7)) > 0
+
+
+@given(rough_points(), st.integers(0, 2**32 - 1))
+def test_a_piece_in_plain_floats_is_the_same_to_the_last_bit(points, seed):
+    rows = np.random.default_rng(seed).integers(0, len(points), 4)
+    inside = points_inside(len(points), rows[None])
+    if rows[1] != rows[2]:
+        squares = piece_squares(array("d", points.tobytes()), points.shape[1], *rows.tolist())
+        assert squares == square_distances(np.ascontiguousarray(points.T), rows[None], inside)[1].tolist()
 
 
 @given(point_rows(dimensions=(2,), least=3))
@@ -76,8 +101,7 @@ def test_turn_angles_of_turns_anyone_knows():
 
 @given(rough_points(), st.integers(0, 2**32 - 1), st.booleans())
 def test_the_square_error_is_the_literal_one(points, seed, closed):
-    if closed and np.array_equal(points[0], points[-1]):
-        points = points[:-1]
+    points = contour(points, closed)
     rng, n = np.random.default_rng(seed), len(points)
     chosen = np.sort(rng.choice(n, rng.integers(3, n + 1), replace=False))
     if not closed:
@@ -108,12 +132,14 @@ def check(points, found, count, closed):
     assert not any(array.flags.writeable for array in (found.indices, found.pieces, found.history))
 
 
-@given(rough_points(), st.floats(0, 1), st.booleans(), st.sampled_from(["best", "paper"]))
-def test_any_points_and_count(points, part, closed, method):
-    if closed and np.array_equal(points[0], points[-1]):
-        points = points[:-1]
+@given(rough_points(), st.floats(0, 1), st.booleans())
+def test_any_points_and_count(points, part, closed):
+    points = contour(points, closed)
     count = 3 + int(part * (len(points) - 3))
-    check(points, dominant_points(points, count, closed=closed, method=method), count, closed)
+    best, paper = (dominant_points(points, count, closed=closed, method=method) for method in ("best", "paper"))
+    check(points, best, count, closed)
+    check(points, paper, count, closed)
+    assert best.square_error <= paper.square_error
 
 
 @given(point_rows(dimensions=(1, 2, 3), least=4, most=9), st.floats(0, 1))
@@ -135,7 +161,7 @@ def test_the_default_is_near_the_optimum_and_never_above_the_paper(shape):
                 dominant_points(points, fraction=min(max(part, 3 / len(points)), 1.0), closed=shape.closed, method=m)
                 for m in ("best", "paper")
             )
-            assert best.square_error <= paper.square_error + rounding
+            assert best.square_error <= paper.square_error
             if len(points) <= 40 and not shape.closed:
                 optimum = square_error(points, optimal_dominant_points(points, len(best.indices)))
                 assert best.square_error <= 1.05 * optimum + rounding
@@ -144,7 +170,7 @@ def test_the_default_is_near_the_optimum_and_never_above_the_paper(shape):
 @pytest.mark.parametrize("method", ["best", "paper"])
 @pytest.mark.parametrize("closed", [False, True])
 def test_the_smallest_set_under_an_error(method, closed):
-    t = np.linspace(0, 6, 90)
+    t = np.linspace(0, 4, 60)
     points = np.column_stack([t + np.sin(2 * t), np.cos(3 * t) + 0.2 * np.sin(7 * t)])
     for bound in (0.0, 1e-4, 1e-2, 1.0, 1e9):
         found = dominant_points(points, square_error=bound, closed=closed, method=method)
@@ -153,7 +179,7 @@ def test_the_smallest_set_under_an_error(method, closed):
         if count > 2 + closed:
             assert dominant_points(points, count - 1, closed=closed, method=method).square_error > bound
     assert count == 2 + closed
-    assert len(dominant_points(points, square_error=0.0, closed=closed, method=method).indices) == 90
+    assert len(dominant_points(points, square_error=0.0, closed=closed, method=method).indices) == 60
 
 
 def test_straight_runs_and_repeats():
@@ -223,11 +249,9 @@ def test_the_fit_is_certified_against_all_points(shape):
     assert np.all(np.diff(rising) >= 0)
     assert curve.closed == shape.closed
     assert np.array_equal(fit.points, points)
-    far = fit.deviation.between
-    for k in range(len(points) - 1):
-        if u[k + 1] >= u[k]:
-            places = curve(np.linspace(u[k], u[k + 1], 9))
-            assert distance_to_segment(places, points[k], points[k + 1]).max() <= far + rounding
+    k = np.flatnonzero(np.diff(u) >= 0)
+    places = curve(np.linspace(u[k], u[k + 1], 9).ravel()).reshape(9, len(k), -1)
+    assert distance_to_segment(places, points[k], points[k + 1]).max() <= fit.deviation.between + rounding
 
 
 def test_the_fit_through_all_points_is_the_cardinal_spline():

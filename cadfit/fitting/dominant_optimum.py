@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.chain import TENSION, along_chord, padded, piece_errors
+from cadfit.fitting.dominant_pieces import TENSION, along_chord, padded, piece_errors
 from cadfit.points.clean import as_points
 
 
@@ -32,21 +32,18 @@ def optimal_dominant_points(points: ArrayLike, count: int) -> Ints:
     if not 2 <= count <= n:
         raise ValueError(f"the count must be from 2 to {n}, the number of points, not {count}")
     first = np.append(np.arange(count - 1), n - 1)
-    (found,) = rearranged(np.ascontiguousarray(given.T), padded(first, False, 2), n)
-    return found
+    return rearranged(np.ascontiguousarray(given.T), padded(first, False, 2), n)
 
 
-def rearranged(columns: Array, window: Ints, reach: int, more: tuple[int, ...] = (0,)) -> list[Ints]:
+def rearranged(columns: Array, window: Ints, reach: int) -> Ints:
     """Return the best dominant points between window[2] and window[-3], which are kept, with no step above `reach`.
 
     `columns` (d, n): the points. `window` (k + 4,): consecutive dominant points, two on either side staying as they
-    are; rows rise, beyond n past the seam of a closed curve, and repeat an open end. One answer for each of `more`: how
-    many points are to be left out more than now; empty where no choice with so short steps leaves out so many.
+    are; rows rise, beyond n past the seam of a closed curve, and repeat an open end. No step may now be above it.
     """
     before, first, last, after = window[:2], int(window[2]), int(window[-3]), window[-2:]
     width = last - first
-    now = width - len(window) + 5  # points left out
-    spare = min(now + max(more), width - 1)
+    spare = width - len(window) + 5  # points left out
     reach = min(reach, spare + 1)
     errors = _piece_errors(columns, first, width, reach, int(before[1]), int(after[0]))
     steps = np.arange(1, reach + 1)
@@ -61,17 +58,13 @@ def rearranged(columns: Array, window: Ints, reach: int, more: tuple[int, ...] =
             least[b + step, :, step - 1 :, step] = lowest[: spare + 2 - step, :, step - 1].T
     near = np.maximum(last - np.arange(reach + 1), first)
     errors[width] += piece_errors(columns, _rows(columns, near, last, *after))[:, None]
-    return [_traced(least, errors, now + extra) + first for extra in more]
+    return first + _traced(least, errors)
 
 
-def _traced(least: Array, errors: Array, left: int) -> Ints:
-    """Return the places of the best chain with so many points left out, back from its last two steps; maybe none."""
-    places = [len(least) - 1]
-    if not 0 <= left < least.shape[2]:
-        return np.zeros(0, dtype=np.intp)
+def _traced(least: Array, errors: Array) -> Ints:
+    """Return the places of the best chain that leaves out all it can spare, back from its last two steps."""
+    places, left = [len(least) - 1], least.shape[2] - 1
     ends = least[-1, :, left] + errors[-1, :, :, 0]
-    if not np.isfinite(ends).any():
-        return np.zeros(0, dtype=np.intp)
     h, g = (int(step) for step in np.unravel_index(ends.argmin(), ends.shape))
     while places[-1] > g:
         places.append(places[-1] - g)

@@ -7,6 +7,8 @@ tangents at its ends. So a dominant point that comes, goes or moves changes four
 
 from __future__ import annotations
 
+from array import array
+
 import numpy as np
 
 from cadfit.bezier import Array, Ints
@@ -37,6 +39,11 @@ def piece_errors(columns: Array, pieces: Ints) -> Array:
     return errors
 
 
+def chain_error(columns: Array, indices: Ints, closed: bool) -> float:
+    """Return the square error of the dominant points `indices`: the sum of those of the pieces between them."""
+    return float(piece_errors(columns, pieces_of(indices, closed)).sum())
+
+
 def points_inside(n: int, pieces: Ints) -> Ints:
     """Return how many points (k,) lie inside each piece: between its start and its end."""
     return np.asarray(np.maximum((pieces[:, 2] - pieces[:, 1]) % n - 1, 0))
@@ -60,6 +67,41 @@ def square_distances(columns: Array, pieces: Ints, inside: Ints) -> tuple[Ints, 
     offset -= (t * t * t) * chord[:, owner]
     offset *= offset
     return owner, offset.sum(axis=0)
+
+
+def piece_squares(points: array[float], d: int, before: int, start: int, end: int, after: int) -> list[float]:
+    """Return the `square_distances` of one piece, to the last bit; for a few points quicker than numpy's calls.
+
+    `points`: the n d coordinates, point by point.
+
+    >>> piece_squares(array("d", [0, 0, 1, 1, 2, 0]), 2, 0, 0, 2, 2)
+    [1.0]
+    """
+    z, a, b, c = (points[d * row : d * row + d] for row in (before, start, end, after))
+    part = TENSION / 3.0
+    axes = [  # start, chord, and the handles from the start
+        (p, q - p, part * (q - o), (q - p) - part * (r - p)) for o, p, q, r in zip(z, a, b, c, strict=True)
+    ]
+    length = 0.0
+    for _, chord, _, _ in axes:
+        length += chord * chord
+    squares = []
+    for row in range(start + 1, end if end > start else end + len(points) // d):
+        place = d * row % len(points)
+        point = points[place : place + d]
+        along = 0.0
+        for x, (origin, chord, _, _) in zip(point, axes, strict=True):
+            along += (x - origin) * chord
+        t = min(max(along / length, 0.0), 1.0) if length > 0.0 else 0.0
+        s = 1.0 - t
+        inner, last = 3.0 * s * t, t * t * t
+        first, second = inner * s, inner * t
+        square = 0.0
+        for x, (origin, chord, leave, arrive) in zip(point, axes, strict=True):
+            gap = x - origin - first * leave - second * arrive - last * chord
+            square += gap * gap
+        squares.append(square)
+    return squares
 
 
 def along_chord(columns: Array, start: Ints, end: Ints, inside: Ints) -> tuple[Ints, Array, Array, Array]:
@@ -118,3 +160,23 @@ def window_errors(columns: Array, windows: Ints) -> Array:
     """Return the summed square errors (k,) of the pieces along each row of consecutive dominant points (k, width)."""
     pieces = pieces_along(windows)
     return np.asarray(piece_errors(columns, pieces.reshape(-1, 4)).reshape(pieces.shape[:2]).sum(axis=1))
+
+
+def padded_errors(columns: Array, indices: Ints, closed: bool) -> Array:
+    """Return the errors (m + 6,) of the pieces by their starts, from the third before the first dominant point on."""
+    errors = piece_errors(columns, pieces_of(indices, closed))
+    return errors[np.arange(-3, len(indices) + 3) % len(errors)] if closed else np.pad(errors, (3, 4))
+
+
+def drop_costs(columns: Array, indices: Ints, closed: bool, errors: Array) -> Array:
+    """Return by how much the square error rises (m,) when a dominant point is dropped; infinite at open ends.
+
+    `errors`: those of `padded_errors`.
+    """
+    around = padded(indices, closed, 3)
+    m = len(indices)
+    windows = np.stack([around[k : k + m] for k in (0, 1, 2, 4, 5, 6)], axis=1)
+    costs = window_errors(columns, windows) - sum(errors[k : k + m] for k in (1, 2, 3, 4))
+    if not closed:
+        costs[[0, -1]] = np.inf
+    return np.asarray(costs)

@@ -1,0 +1,183 @@
+"""Dominant points of a lower square error than the paper's search finds: the default.
+
+All points, less the least costly one after another, or what the paper's search finds, where that is better; then rounds
+of moves and exchanges, each of many that are far enough apart not to touch the same pieces; and where the dominant
+points are few, their best arrangement (`dominant_optimum`). No step raises the square error.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.fitting.dominant_optimum import rearranged
+from cadfit.fitting.dominant_pieces import (
+    chain_error,
+    drop_costs,
+    padded,
+    padded_errors,
+    pieces_of,
+    points_inside,
+    window_errors,
+)
+
+_APART = 3  # dominant points between two changes that touch no piece in common
+_SHARE = 0.8  # of what is still to go, at most this is dropped in a round: at 0.3 the errors are much the same
+_STEPS = (-1, 1, -2, 2)  # rows a dominant point is moved by
+_CANDIDATES = 8  # points of a piece that are tried as dominant ones
+_ROUNDS = 8
+_LEAST = 1e-12  # the part of the error by which a change must lower it: less is rounding
+_FEW = 130  # dominant points that are rearranged
+_LONGER = 2  # the longest step tried above the longest there is
+_WORK = 1e6  # sums to compare: what the longest step tried goes by
+
+
+def improved(columns: Array, starts: list[Ints], closed: bool) -> tuple[Ints, list[float]]:
+    """Return the dominant points that descent leads to from the better of some, and the square errors on the way.
+
+    `columns` (d, n): the points. `starts`: dominant points (m,), rising. No square error is above one before it.
+    """
+    indices = min(starts, key=lambda each: chain_error(columns, each, closed))
+    history = [chain_error(columns, indices, closed)]
+    m, arranged = len(indices), False
+    for start in () if m > _FEW else (0, m // 2) if closed else (0,):
+        found = _rearranged(columns, indices, closed, start)
+        arranged = found is not indices and not closed
+        if (error := chain_error(columns, found, closed)) < history[-1]:
+            indices = found
+            history.append(error)
+    if arranged:  # moves and exchanges find no more
+        return indices, history
+    indices, last = settled(columns, indices, closed)
+    return indices, history + last[1:]
+
+
+def thinned(columns: Array, count: int, closed: bool) -> Ints:
+    """Return the dominant points left when of all points the least costly are dropped, until `count` are left.
+
+    Each round drops many that are apart, the least costly first.
+    """
+    indices = np.arange(columns.shape[1])
+    while (surplus := len(indices) - count) > 0:
+        costs = drop_costs(columns, indices, closed, padded_errors(columns, indices, closed))
+        most = int(_SHARE * (surplus - 1)) + 1
+        order = np.argsort(costs, kind="stable")[:most]
+        indices = np.delete(indices, _apart(order[np.isfinite(costs[order])], len(indices)))
+    return indices
+
+
+def settled(columns: Array, indices: Ints, closed: bool) -> tuple[Ints, list[float]]:
+    """Return the dominant points after rounds of moves and exchanges, and the square error before and after each."""
+    history = [chain_error(columns, indices, closed)]
+    for _ in range(_ROUNDS):
+        needed = _LEAST * history[-1]
+        changed = _exchanged(columns, _moved(columns, indices, closed, needed), closed, needed)
+        error = chain_error(columns, changed, closed)
+        if not error < history[-1]:
+            break
+        indices = changed
+        history.append(error)
+    return indices, history
+
+
+def _apart(ranks: Ints, m: int) -> list[int]:
+    """Return those of the ranks, below m, that are far enough from all before them, also round the ends."""
+    near, kept = bytearray(m), []
+    for rank in ranks.tolist():
+        if not near[rank]:
+            kept.append(rank)
+            for other in range(rank - _APART, rank + _APART + 1):
+                near[other % m] = True
+    return kept
+
+
+def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
+    """Return the dominant points after a round of moves by a row or two, between their neighbours."""
+    n, m = columns.shape[1], len(indices)
+    ranks = np.arange(m) if closed else np.arange(1, m - 1)
+    if m < 4:
+        return indices
+    around, errors = padded(indices, closed, 3), padded_errors(columns, indices, closed)
+    gaps = np.diff(around) % n  # from the dominant point of rank k - 3 to the next
+    steps = np.array(_STEPS)
+    possible = np.abs(steps)[:, None] < np.where(steps[:, None] > 0, gaps[ranks + 3], gaps[ranks + 2])
+    which, some = np.nonzero(possible)
+    some = ranks[some]
+    windows = np.stack([around[some + k] for k in range(7)], axis=1)
+    windows[:, 3] = (windows[:, 3] + steps[which]) % n
+    falls = np.zeros((len(steps), m))
+    falls[which, some] = sum(errors[some + k] for k in (1, 2, 3, 4)) - window_errors(columns, windows)
+    most, step = falls.max(axis=0), steps[falls.argmax(axis=0)]
+    order = np.argsort(-most, kind="stable")
+    chosen = _apart(order[most[order] > needed], m)
+    moved = indices.copy()
+    moved[chosen] = (moved[chosen] + step[chosen]) % n
+    return np.sort(moved)
+
+
+def _exchanged(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
+    """Return the dominant points after a round of exchanges: one added for each dropped, where that pays."""
+    m = len(indices)
+    errors = padded_errors(columns, indices, closed)
+    rows, pieces, gains = _additions(columns, indices, closed, errors)
+    costs = drop_costs(columns, indices, closed, errors)
+    cheapest, value = np.argsort(costs, kind="stable").tolist(), costs.tolist()
+    taken = bytearray(m)  # dominant points near a change
+    added, dropped = [], []
+
+    def take(low: int, high: int) -> bool:
+        near = [rank % m for rank in range(low, high)]
+        free = not any(taken[rank] for rank in near) and len(near) <= m
+        for rank in near:
+            taken[rank] |= free
+        return free
+
+    k = 0
+    for row, piece, gain in zip(rows.tolist(), pieces.tolist(), gains.tolist(), strict=True):
+        if not take(piece - _APART + 1, piece + _APART + 1):
+            continue
+        while k < m and value[cheapest[k]] < gain - needed and not take(cheapest[k] - _APART, cheapest[k] + _APART + 1):
+            k += 1
+        if k == m or not value[cheapest[k]] < gain - needed:
+            break
+        added.append(row)
+        dropped.append(cheapest[k])
+        k += 1
+    return np.sort(np.append(np.delete(indices, dropped), np.array(added, dtype=np.intp)))
+
+
+def _additions(columns: Array, indices: Ints, closed: bool, errors: Array) -> tuple[Ints, Ints, Array]:
+    """Return of each piece the row to add, the piece, and by how much that lowers the square error, falling."""
+    n = columns.shape[1]
+    inside = points_inside(n, pieces_of(indices, closed))
+    counts = np.minimum(inside, _CANDIDATES)
+    pieces = np.repeat(np.arange(len(inside)), counts)
+    within = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
+    rows = (indices[pieces] + 1 + (2 * within + 1) * inside[pieces] // (2 * counts[pieces])) % n
+    around = padded(indices, closed, 3)
+    windows = np.stack(
+        [*(around[pieces + k] for k in (1, 2, 3)), rows, *(around[pieces + k] for k in (4, 5, 6))], axis=1
+    )
+    gains = sum(errors[pieces + k] for k in (2, 3, 4)) - window_errors(columns, windows)
+    order = np.lexsort((-gains, pieces))
+    best = order[np.unique(pieces[order], return_index=True)[1]]
+    best = best[np.argsort(-gains[best], kind="stable")]
+    return rows[best], pieces[best], gains[best]
+
+
+def _rearranged(columns: Array, indices: Ints, closed: bool, start: int) -> Ints:
+    """Return the dominant points in the best arrangement; of a closed curve but for six before rank `start`.
+
+    As they are where there is nothing to arrange, or too much.
+    """
+    n, m = columns.shape[1], len(indices)
+    if m < (7 if closed else 3):
+        return indices
+    ranks = np.arange(start - 2, start + m - 2) if closed else np.clip(np.arange(-2, m + 2), 0, m - 1)
+    window = indices[ranks % m] + n * (ranks // m)
+    width, longest = int(window[-3] - window[2]), int(np.diff(window[2:-2]).max())
+    reach = max(int((_WORK / (width * (width - len(window) + 7))) ** (1.0 / 3.0)), 3)
+    if longest > reach:
+        return indices
+    found = rearranged(columns, window, min(reach, longest + _LONGER))
+    return np.unique(np.concatenate([window[:2], found, window[-2:]]) % n)

@@ -1,0 +1,240 @@
+"""The paper's search: add a dominant point where the error is largest, drop one where it is smallest, while it helps.
+
+What dropping a dominant point costs is kept, and is computed anew only near a swap and when it is asked for; heaps and
+a tree hold the orders. So a swap costs some pieces near it, in plain floats, and a few steps per doubling of the number
+of points. Plain arrays instead of lists keep those steps within the processor's caches at many points.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Iterator
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+
+from cadfit.bezier import Array, Ints
+from cadfit.fitting.dominant_pieces import drop_costs, padded, padded_errors, piece_squares, square_distances
+
+_LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
+_FEW = 60  # points inside a piece that are summed in plain floats; with more, numpy's calls pay
+
+
+def swapped(columns: Array, indices: Ints, turns: Array, closed: bool) -> tuple[Ints, list[float]]:
+    """Return the dominant points after the swaps, and the total error before the first and after each.
+
+    A swap adds the point farthest from its piece in the piece of the largest error, and drops an end of a piece of the
+    smallest error: where pieces have none, the first of all their ends, by turn angle, then by row, with which the
+    total error falls. The search ends where none of them does. Equal errors count in the order of rows.
+    `columns` (d, n): the points; `turns` (n,): their turn angles.
+    """
+    chain = _Chain(columns, indices, turns, closed)
+    while chain.swap():
+        pass
+    return chain.indices(), chain.history
+
+
+def _floats(numbers: Array) -> array[float]:
+    return array("d", numbers.tobytes())
+
+
+def _ints(numbers: Ints) -> array[int]:
+    return array("q", numbers.astype(np.int64).tobytes())
+
+
+class _First:
+    """Numbers in a fixed order; finds the first one below a bound: a tree of minima."""
+
+    def __init__(self, numbers: Array) -> None:
+        self.size = 1 << max(len(numbers) - 1, 1).bit_length()
+        levels = [np.pad(numbers, (0, self.size - len(numbers)), constant_values=np.inf)]
+        while len(levels[-1]) > 1:
+            levels.append(levels[-1].reshape(-1, 2).min(axis=1))
+        self.least = _floats(np.concatenate([[np.inf], *levels[::-1]]))
+
+    def __getitem__(self, place: int) -> float:
+        return self.least[place + self.size]
+
+    def __setitem__(self, place: int, value: float) -> None:
+        least, node = self.least, place + self.size
+        if least[node] == value:
+            return
+        least[node] = value
+        while node > 1:
+            other = least[node ^ 1]
+            value = value if value < other else other
+            node >>= 1
+            if least[node] == value:
+                break
+            least[node] = value
+
+    def below(self, bound: float, place: int = 0) -> int:
+        """Return the first place, from `place` on, whose number is below the bound; -1 if there is none."""
+        least, node = self.least, place + self.size
+        if place >= self.size:
+            return -1
+        while least[node] >= bound:
+            while node & 1:  # up, past the right children
+                node >>= 1
+            if node == 0:
+                return -1
+            node += 1
+        while node < self.size:
+            node *= 2
+            if least[node] >= bound:
+                node += 1
+        return node - self.size
+
+
+class _Chain:
+    """Dominant points as a linked list, with the errors of the pieces (by their starts) and the costs of dropping."""
+
+    def __init__(self, columns: Array, indices: Ints, turns: Array, closed: bool) -> None:
+        self.columns, self.points, self.n = columns, _floats(columns.T), columns.shape[1]
+        self.rounding = (16.0 * np.finfo(np.float64).eps * float(np.abs(columns).max())) ** 2
+        order = np.lexsort((np.arange(self.n), turns))
+        self.row_at, self.place = _ints(order), _ints(np.argsort(order))  # by turn angle
+        self.fixed = set() if closed else {int(indices[0]), int(indices[-1])}
+        links = np.full((2, self.n), -1)
+        rows = padded(indices, closed, 1)
+        links[:, indices] = rows[:-2], rows[2:]
+        self.before, self.after = _ints(links[0]), _ints(links[1])
+        errors, free, costs = np.zeros(self.n), np.zeros(self.n, dtype=bool), np.full(self.n, np.inf)
+        around = padded_errors(columns, indices, closed)
+        errors[indices] = around[3:-3]
+        free[indices] = (around[3:-3] == 0.0) | (around[2:-4] == 0.0)
+        costs[indices] = drop_costs(columns, indices, closed, around)
+        self.error = _floats(errors)
+        self.free = _First(np.where(free, costs, np.inf)[order])  # of the ends of pieces without error; -inf: not known
+        self.smallest = [(self.error[row], row) for row in np.flatnonzero(errors).tolist()]
+        self.largest = [(-error, row) for error, row in self.smallest]
+        heapify(self.largest)
+        heapify(self.smallest)
+        self.history = [sum(self.error)]
+
+    def indices(self) -> Ints:
+        """Return the dominant points, rising."""
+        return np.flatnonzero(np.array(self.after) >= 0)
+
+    def swap(self) -> bool:
+        """Make one swap, and return whether there is one; where there is none, what is kept holds no longer."""
+        largest, left = self.top(self.largest, -1.0)
+        if largest == 0.0:
+            return False
+        right = self.after[left]
+        squares = self.squares(left)
+        added = (left + 1 + squares.index(max(squares))) % self.n
+        ends = self.smallest_ends()
+        for row in self.walk(left, 2, 3):
+            if self.free[self.place[row]] < np.inf:
+                self.free[self.place[row]] = -np.inf
+        self.link(added, left, right)
+        gain = self.update({self.before[left], left, added, right})
+        needed = _LEAST * self.history[-1] + self.rounding
+        for row, cost in self.costs(ends) if ends else self.free_costs(gain - needed):
+            if gain - cost > needed:
+                self.drop(row)
+                for near in {row, *self.walk(added, 3, 3)}:
+                    self.queue(near)
+                self.history.append(self.history[-1] - (gain - cost))
+                return True
+        self.unlink(added)
+        return False
+
+    def smallest_ends(self) -> list[int]:
+        """Return the ends of the piece of the smallest error, where all have some, in the order to try them."""
+        if self.free.least[1] < np.inf:
+            return []
+        _, start = self.top(self.smallest, 1.0)
+        return sorted({start, self.after[start]} - self.fixed, key=lambda row: self.place[row])
+
+    def costs(self, rows: list[int]) -> Iterator[tuple[int, float]]:
+        """Yield dominant points with what dropping each costs."""
+        return ((row, self.cost(row)) for row in rows)
+
+    def free_costs(self, bound: float) -> Iterator[tuple[int, float]]:
+        """Yield the ends of pieces without error that may cost less than the bound, in order, and what each costs."""
+        place = self.free.below(bound)
+        while place >= 0:
+            if self.free[place] == -np.inf:
+                self.free[place] = self.cost(self.row_at[place])
+            yield self.row_at[place], self.free[place]
+            place = self.free.below(bound, place + 1)
+
+    def cost(self, row: int) -> float:
+        """Return by how much the total error rises when a dominant point is dropped."""
+        left, right = self.unlink(row)
+        starts = {self.before[left], left, right}
+        rise = sum(self.piece_error(start) for start in starts) - sum(self.error[start] for start in starts)
+        self.link(row, left, right)
+        return rise - self.error[row]
+
+    def drop(self, row: int) -> None:
+        left, right = self.unlink(row)
+        self.error[row] = 0.0
+        self.update({self.before[left], left, right})
+        for near in self.walk(left, 2, 3):
+            self.queue(near)
+
+    def queue(self, row: int) -> None:
+        """Have the cost of dropping a row computed when it is asked for, if it is an end of a piece without error."""
+        free = self.error[row] == 0.0 or self.error[self.before[row]] == 0.0
+        dominant = self.after[row] >= 0 and row not in self.fixed
+        self.free[self.place[row]] = -np.inf if free and dominant else np.inf
+
+    def update(self, starts: Iterable[int]) -> float:
+        """Compute the errors of pieces, by their starts, anew, and return by how much they fall in all."""
+        fall = 0.0
+        for start in starts:
+            error, old = self.piece_error(start), self.error[start]
+            if error != old:
+                fall += old - error
+                self.error[start] = error
+                if error:
+                    heappush(self.largest, (-error, start))
+                    heappush(self.smallest, (error, start))
+        return fall
+
+    def piece_error(self, start: int) -> float:
+        total = 0.0
+        for square in self.squares(start):  # not sum, which rounds in another way, and otherwise than the other code
+            total += square
+        return total
+
+    def squares(self, start: int) -> list[float]:
+        """Return the squared distances of the points inside a piece."""
+        end = self.after[start]
+        inside = (end - start) % self.n - 1
+        if inside < 1:
+            return []
+        piece = self.before[start], start, end, self.after[end]
+        if inside <= _FEW:
+            return piece_squares(self.points, len(self.columns), *piece)
+        found: list[float] = square_distances(self.columns, np.array([piece]), np.array([inside]))[1].tolist()
+        return found
+
+    def top(self, heap: list[tuple[float, int]], sign: float) -> tuple[float, int]:
+        """Return the piece (error, start) at the top of a heap, entries that no longer hold thrown away; 0: none."""
+        while heap and (self.after[heap[0][1]] < 0 or sign * heap[0][0] != self.error[heap[0][1]]):
+            heappop(heap)
+        return (sign * heap[0][0], heap[0][1]) if heap else (0.0, -1)
+
+    def link(self, row: int, left: int, right: int) -> None:
+        self.before[row], self.after[row] = left, right
+        self.after[left] = self.before[right] = row
+
+    def unlink(self, row: int) -> tuple[int, int]:
+        """Take a row out, and return its neighbours."""
+        left, right = self.before[row], self.after[row]
+        self.after[left], self.before[right] = right, left
+        self.before[row] = self.after[row] = -1
+        return left, right
+
+    def walk(self, row: int, back: int, ahead: int) -> list[int]:
+        """Return the dominant points so many steps before and after one, itself in the middle."""
+        for _ in range(back):
+            row = self.before[row]
+        rows = [row]
+        for _ in range(back + ahead):
+            rows.append(self.after[rows[-1]])
+        return rows
