@@ -350,3 +350,9 @@ def test_progress_runs_to_one():
     seen = []
     cadfit.fit(turn(4), 1e-3, closed=True, between="polyline", progress=seen.append)
     assert seen == [0.25, 0.5, 0.75, 1.0]
+    for effort in ("fast", "best"):
+        seen.clear()
+        cadfit.fit(turn(60), 1e-3, closed=True, effort=effort, progress=seen.append)
+        assert len(seen) >= 3
+        assert seen == sorted(seen)
+        assert seen[-1] == 1.0

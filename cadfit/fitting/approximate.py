@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
@@ -12,14 +11,13 @@ from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit
-from cadfit.fitting.stretch import fit_stretch
+from cadfit.fitting.stretch import Progress, fit_stretch
 from cadfit.points.clean import clean
 from cadfit.points.corners import find_corners
 
 Between = Literal["curve", "polyline"]
 Effort = Literal["fast", "best"]
 Corners = Literal["auto"] | float | ArrayLike | None
-Progress = Callable[[float], None]
 
 _POLYLINE_CORNER = float(np.radians(35.0))  # a vertex of the shape need not stand out from its neighbours
 _EPS = float(np.finfo(np.float64).eps)
@@ -79,13 +77,17 @@ def fit(
     curves, parameters, start = [], np.zeros(len(given)), 0.0
     for k, rows in enumerate(stretches):
         ends = (tangents[0] if k == 0 else None, tangents[1] if k == len(stretches) - 1 else None)
-        curve, u = fit_stretch(given[rows], tolerance, smooth, polyline, best, weight[rows], ends)
+
+        def part_done(part: float, before: int = k) -> None:
+            if progress is not None:
+                progress((before + part) / len(stretches))
+
+        curve, u = fit_stretch(given[rows], tolerance, smooth, polyline, best, weight[rows], ends, part_done)
         curve = BSpline(curve.poles, curve.knots - curve.knots[0] + start) if start else curve
         parameters[rows[: len(u)]] = u + start
         start = curve.domain[1]
         curves.append(curve)
-        if progress is not None:
-            progress((k + 1) / len(stretches))
+        part_done(1.0)
     found = deviation_at(curves, given, parameters, cleaned.closed)
     return Fit(
         tuple(curves), found, float(tolerance), cleaned.closed, own(given.copy()), own(parameters), at, cleaned.dropped

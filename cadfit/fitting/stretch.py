@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import count
 from math import fsum
 
@@ -22,8 +23,11 @@ _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _FAST, _BEST = (8, 8, 0, 0.4), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
+_GROWN, _QUICK, _NEARLY = 0.1, 0.2, 0.8  # of the time, about: where the curve holds, has few spans, waits for a check
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
+
+Progress = Callable[[float], None]
 
 
 def fit_stretch(
@@ -34,6 +38,7 @@ def fit_stretch(
     best: bool,
     weights: Array,
     tangents: tuple[Array | None, Array | None],
+    progress: Progress,
 ) -> tuple[BSpline, Array]:
     """Return the curve and the parameters (n,) of the points (n, d) on it; arguments as checked by `fit`."""
     if len(points) == 2 and all(tangent is None for tangent in tangents):
@@ -47,7 +52,7 @@ def fit_stretch(
         first, last = tangents
         tangents = None if last is None else -last, None if first is None else -first
     stretch = Stretch(unit, near, closed, polyline, weights[order] / weights[order].mean(), tangents)
-    curve, u = _as_given(_found(stretch, best), order, flipped)
+    curve, u = _as_given(_found(stretch, best, progress), order, flipped)
     spline, low = curve.spans.spline(curve.poles), curve.spans.knots[0]
     poles = spline.poles * size + origin
     if not closed:
@@ -102,14 +107,15 @@ def _straight(points: Array) -> tuple[BSpline, Array]:
     return BSpline(own(poles), np.repeat([0.0, length], 4)), np.array([0.0, length])
 
 
-def _found(stretch: Stretch, best: bool) -> Check:
+def _found(stretch: Stretch, best: bool, progress: Progress) -> Check:
     """Return a curve that holds: grown until it does, then with fewer spans as long as it does."""
     n = len(stretch.points)
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
     trial = grow(goal, np.linspace(0.0, goal.period, 5 if goal.closed else 2), goal.u)
+    progress(_GROWN)
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, _fewest(trial, best), rows)
+        fewer, _ = _mended(stretch, _fewest(trial, best, progress), rows)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
     grown, rows = _mended(stretch, trial, rows)
@@ -117,13 +123,14 @@ def _found(stretch: Stretch, best: bool) -> Check:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, _fewest(grown.trial, best), rows)
+    fewer, _ = _mended(stretch, _fewest(grown.trial, best, progress), rows)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
 
 
-def _fewest(trial: Trial, best: bool) -> Trial:
+def _fewest(trial: Trial, best: bool, progress: Progress) -> Trial:
     """Return the trial with fewer spans: what is quickly found, and from there what more time finds."""
     trial = fewest(trial, *_FAST)
+    progress(_QUICK if best else _NEARLY)
     return fewest(trial, *_BEST) if best else trial
 
 
