@@ -78,8 +78,10 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float)
         cut = min(cut, max(1, round(share * m)), m - least)
         if cut < 1:
             break
-        starts = [start(trial.goal, knots(trial, m - cut), trial.u) for knots in (by_jumps, by_removal)]
-        fewer = relax(min(starts, key=_promise), passes, move_knots=True)
+        fewer = start(trial.goal, by_removal(trial, m - cut), trial.u)
+        if fewer.worst > 1.0:
+            fewer = min(fewer, start(trial.goal, by_jumps(trial, m - cut), trial.u), key=_promise)
+        fewer = relax(fewer, passes, move_knots=True)
         for _ in range(exchanges if m - cut > least else 0):
             if fewer.met:
                 break
