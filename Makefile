@@ -1,6 +1,6 @@
 # make demo    set everything up, run the main job on real input
 # make test    set everything up, run every test
-# make check   the fast loop: format, lint, types, import directions, unit tests (core environment)
+# make check   the fast loop: format, lint, types, import directions, quick unit tests (core environment)
 # make bench   the benchmark tables of the README
 
 PYTHON ?= python3
@@ -17,6 +17,7 @@ demo: $(B123D)/ready
 	$(B123D)/bin/python examples/demo.py
 
 test: check $(B123D)/ready $(CQ)/ready
+	$(CORE)/bin/python -m pytest -n auto -m slow tests
 	$(CORE)/bin/python -m pytest examples
 	$(B123D)/bin/python -m pytest -n auto tests cadfit examples
 	$(CQ)/bin/python -m pytest -n auto tests cadfit examples
@@ -26,7 +27,7 @@ check: $(CORE)/ready
 	$(CORE)/bin/ruff check .
 	$(CORE)/bin/mypy
 	$(CORE)/bin/lint-imports --verbose
-	$(CORE)/bin/python -m pytest -n auto tests cadfit
+	$(CORE)/bin/python -m pytest -n auto -m "not slow" tests cadfit
 
 format: $(CORE)/ready
 	$(CORE)/bin/ruff check --fix .

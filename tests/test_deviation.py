@@ -202,6 +202,7 @@ def test_points_out_of_order_along_the_curve_share_the_error():
     assert found.points >= np.hypot(0.2, 0.1)
 
 
+@pytest.mark.slow
 def test_noise_denser_than_its_size_is_bounded_as_brute_force_does():
     rng = np.random.default_rng(4)
     turn = np.linspace(0, 2 * np.pi, 800)
@@ -212,6 +213,7 @@ def test_noise_denser_than_its_size_is_bounded_as_brute_force_does():
     assert truth * (1 - 1e-5) <= found.points <= truth * 1.001
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1500, 6000])
 def test_more_points_than_the_dynamic_programme_takes_at_once(n):
     t = np.linspace(0, 12 * np.pi, n)

@@ -140,6 +140,7 @@ def test_a_circle_has_few_poles_and_no_seam(effort):
         held(fit, type(OWN["leaf"])(turn(n, 10.0), True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [1, 77, 150])
 @pytest.mark.parametrize("name", ["knot", "flower"])
 def test_a_closed_curve_is_c2_at_the_seam_wherever_it_is(name, start):
@@ -247,6 +248,7 @@ def many(n, closed, noise, seed=3):
     return type(OWN["leaf"])(points if closed else points[: n // 2], closed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("noise", [0.0, 1.5e-3])
 def test_many_points_take_no_more_poles_than_some(closed, noise):
@@ -258,6 +260,7 @@ def test_many_points_take_no_more_poles_than_some(closed, noise):
     assert violations(all_, many(20000, closed, noise).points, closed) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [[1234], [3000, 3001], [2, 7001, 7997]])
 def test_points_out_of_line_are_held_among_many(rows):
     shape = many(16000, False, 1e-4)
@@ -267,6 +270,7 @@ def test_points_out_of_line_are_held_among_many(rows):
     assert len(fit.spline.poles) <= 300
 
 
+@pytest.mark.slow
 def test_noise_at_the_tolerance_is_followed_among_many_points():
     shape = many(5200, False, 4e-3)
     fit = cadfit.fit(shape.points, 0.01, effort="fast", corners=None)
@@ -276,6 +280,7 @@ def test_noise_at_the_tolerance_is_followed_among_many_points():
 # Laws.
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from([2, 3]), st.sampled_from(["fast", "best"]))
 def test_reversed_moved_turned_and_scaled_points_have_the_same_fit(seed, closed, d, effort):

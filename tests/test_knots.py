@@ -73,6 +73,7 @@ def moved(knots, ends, steps):
     return float(np.sum((look(curve, X).places - Y) ** 2)), curve.spans.knots[1:-1]
 
 
+@pytest.mark.slow
 def test_the_optimum_by_brute_force():
     square, knots = optimum(held=False)
     assert square == pytest.approx(0.00765276, abs=1e-7)
@@ -80,6 +81,7 @@ def test_the_optimum_by_brute_force():
     assert optimum(held=True)[0] == pytest.approx(0.00831156, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STARTS)
 def test_steps_of_knots_and_poles_reach_the_optimum(name):
     """A fit's ends are points, and held. Held where the best curve has them, they leave the best curve to be found."""

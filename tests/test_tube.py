@@ -386,6 +386,7 @@ def test_faces_join_every_ring_once():
         assert faces.max() == rings * sides - 1
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-3, 1.0, 1e4]), closed=st.booleans())
 def test_laws(seed, scale, closed):

@@ -1,0 +1,86 @@
+"""What commands say and show: mistakes, progress, the report; and the checks before and after the work."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cadfit.commands.options import Unit
+    from cadfit.files import Kind
+
+
+class Mistake(Exception):
+    """A mistake of the user's, said in one line that begins with the file."""
+
+
+def say(line: str) -> None:
+    """Print one line to stderr."""
+    print("cadfit:", " ".join(line.split()), file=sys.stderr)
+
+
+def check(source: Path, outputs: list[Path], kind: Kind, dimension: int | None = None) -> None:
+    """Refuse what cannot be written, before any work is done."""
+    from cadfit.files import check
+
+    for path in outputs:
+        check(path, kind, dimension)
+        if path.exists() and source.exists() and path.samefile(source):
+            raise Mistake(f"{path}: the output would replace the input")
+
+
+def write_all(source: Path, outputs: list[Path], kind: Kind, dimension: int, result: Any, unit: Unit) -> None:
+    """Write a result to all outputs, after the checks of `check`."""
+    from cadfit.files import write
+
+    check(source, outputs, kind, dimension)
+    for path in outputs:
+        with about(path):
+            write(path, result, unit.value)
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Name the file in what goes wrong in the block."""
+    try:
+        yield
+    except Exception as error:
+        kernel = sys.modules.get("cadfit.occt")
+        if not isinstance(error, (ValueError, kernel.KernelError) if kernel else ValueError):
+            raise
+        named = str(error).startswith(str(path))
+        raise Mistake(str(error) if named else f"{path}: {error}") from error
+
+
+@contextmanager
+def busy(what: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
+    """Show a bar on a terminal while the block runs; give what moves it, from 0 to 1. It pulses until that is used."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(escape(what), total=None)
+        yield lambda part: progress.update(task, total=1.0, completed=part)
+
+
+def report(title: str, facts: dict[str, str], written: list[Path], quiet: bool) -> None:
+    """Print names and values, and the files that were written."""
+    if quiet:
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(Text(title, style="bold"))
+    width = max(map(len, facts))
+    for name, value in facts.items():
+        console.print(Text.assemble((name.ljust(width), "dim"), "  ", value))
+    for path in written:
+        console.print(Text(f"wrote {path}"))
