@@ -19,6 +19,8 @@ except ImportError as error:
     ) from error
 
 from cadfit.occt.exchange import UNITS, read_brep, read_step, write_brep, write_step
+from cadfit.occt.faces import to_face
+from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
 from cadfit.occt.shapes import edges, from_edge, to_edge, to_wire
 
@@ -28,9 +30,11 @@ __all__ = [
     "KernelError",
     "edges",
     "from_edge",
+    "points_of",
     "read_brep",
     "read_step",
     "to_edge",
+    "to_face",
     "to_wire",
     "write_brep",
     "write_step",

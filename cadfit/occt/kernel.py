@@ -13,16 +13,27 @@ try:  # All that differs between the versions: OCP 8 gathers the collections, an
     from OCP.collections import Array1_int as Integers
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Shapes
 
-    as_edge = TopoDS.Edge
+    as_edge, as_vertex, as_wire = TopoDS.Edge, TopoDS.Vertex, TopoDS.Wire
 except ImportError:
     from OCP.TColgp import TColgp_Array1OfPnt as Points
     from OCP.TColStd import TColStd_Array1OfInteger as Integers
     from OCP.TColStd import TColStd_Array1OfReal as Reals
     from OCP.TopTools import TopTools_IndexedMapOfShape as Shapes
 
-    as_edge = TopoDS.Edge_s
+    as_edge, as_vertex, as_wire = TopoDS.Edge_s, TopoDS.Vertex_s, TopoDS.Wire_s
 
-__all__ = ["CONFUSION", "Integers", "KernelError", "Points", "Reals", "Shapes", "as_edge", "building"]
+__all__ = [
+    "CONFUSION",
+    "Integers",
+    "KernelError",
+    "Points",
+    "Reals",
+    "Shapes",
+    "as_edge",
+    "as_vertex",
+    "as_wire",
+    "building",
+]
 
 CONFUSION = 1e-7
 """The distance below which the kernel takes two points for one (its Precision::Confusion), in its own unit."""
