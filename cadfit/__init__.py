@@ -29,12 +29,15 @@ if TYPE_CHECKING:
     from cadfit.fitting.result import Fit as Fit
     from cadfit.joining import join as join
     from cadfit.joining import periodic as periodic
+    from cadfit.joining import polyline as polyline
     from cadfit.points.clean import clean as clean
     from cadfit.points.corners import find_corners as find_corners
     from cadfit.points.parametrize import parametrize as parametrize
     from cadfit.sweeping.frames import Frames as Frames
     from cadfit.sweeping.frames import frames as frames
     from cadfit.sweeping.mesh import tube as tube
+    from cadfit.sweeping.profile import Profile as Profile
+    from cadfit.sweeping.sweep import sweep as sweep
 
 _HOME = {
     "BSpline": "bspline",
@@ -43,6 +46,7 @@ _HOME = {
     "DominantPoints": "fitting.dominant",
     "Fit": "fitting.result",
     "Frames": "sweeping.frames",
+    "Profile": "sweeping.profile",
     "c2_spline": "fitting.cardinal",
     "cardinal_pieces": "fitting.cardinal",
     "cardinal_spline": "fitting.cardinal",
@@ -61,7 +65,9 @@ _HOME = {
     "parametrize": "points.parametrize",
     "periodic": "joining",
     "pieces_to_spline": "fitting.cardinal",
+    "polyline": "joining",
     "read": "files",
+    "sweep": "sweeping.sweep",
     "tube": "sweeping.mesh",
     "write": "files",
 }

@@ -1,4 +1,4 @@
-"""Splines made of parts: curves joined end to end, closed curves from one period."""
+"""Splines made of parts: curves joined end to end, polylines, closed curves from one period."""
 
 from __future__ import annotations
 
@@ -44,6 +44,33 @@ def join(curves: BSpline | Sequence[BSpline], tolerance: float = 1e-9) -> BSplin
         knots.append(shifted[4:-1])
         poles.append(curve.poles[:-1])
     return BSpline(np.concatenate([*poles, curves[-1].poles[-1:]]), np.append(np.concatenate(knots), end))
+
+
+def polyline(points: ArrayLike, closed: bool = False) -> BSpline:
+    """Return the straight lines from point to point (n, d) as one B-spline, its parameter the length, corners and all.
+
+    With `closed` the last point is joined to the first, unless it repeats it.
+
+    Raises ValueError for fewer than 2 points, what is not finite, and a point that repeats the one before it.
+
+    >>> polyline([[0, 0], [3, 0], [3, 4]])
+    BSpline(7 poles in 2D, 2 spans, u in [0.0, 7.0])
+    """
+    points = np.asarray(points, dtype=np.float64)
+    if points.ndim != 2 or len(points) < 2:
+        raise ValueError(f"points must have the shape (n >= 2, d), not {points.shape}")
+    if closed and not np.array_equal(points[0], points[-1]):
+        points = np.concatenate([points, points[:1]])
+    steps = points[1:] - points[:-1]
+    lengths = np.linalg.norm(steps, axis=1)
+    if not lengths.all():
+        row = int(np.argmin(lengths)) + 1
+        raise ValueError(f"row {row} of the points repeats the row before it: {points[row].tolist()}")
+    poles = np.concatenate(
+        [(points[:-1, None] + steps[:, None] * [[0.0], [1 / 3], [2 / 3]]).reshape(-1, points.shape[1]), points[-1:]]
+    )
+    joints = np.concatenate([[0.0], np.cumsum(lengths)])
+    return BSpline(poles, np.concatenate([joints[:1], np.repeat(joints, 3), joints[-1:]]))
 
 
 def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
