@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,9 @@ from scipy.interpolate import BSpline as _ScipySpline
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DEGREE = 3
 
@@ -277,6 +281,18 @@ class BSpline:
         apart = np.linalg.norm(self.poles - other.poles, axis=1).max()
         off = np.abs(self.knots - other.knots).max()
         return bool(apart <= tolerance * self.size and off <= tolerance * (high - low))
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the curve, its poles and its curvature comb through matplotlib (see `cadfit.plotting.plot_spline`)."""
+        from cadfit.plotting import plot_spline
+
+        return plot_spline(self, ax, **options)
+
+    def plot_comb(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the curve and its curvature comb (see `cadfit.plotting.plot_comb`)."""
+        from cadfit.plotting import plot_comb
+
+        return plot_comb(self, ax, **options)
 
     def _inside(self, u: ArrayLike) -> Array:
         u = np.asarray(u, dtype=np.float64)

@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import plot_spline
 
 DATA = Path(__file__).parent / "data"
 
@@ -46,10 +45,7 @@ def main(folder):
     found = {}
     for name, fit in fits.items():
         ax = rows[name]
-        for curve in fit.curves:
-            plot_spline(curve, ax, comb=name == "noisy circle", count=240)
-        ax.plot(*fit.points.T, ".", color="#D55E00", markersize=2.0, zorder=3)
-        ax.plot(*fit.points[fit.corners].T, "s", color="#D55E00", markersize=5.0, fillstyle="none", zorder=4)
+        fit.plot(ax, comb=name == "noisy circle", unit="mm")
         curves = f", {len(fit.curves)} curves" if len(fit.curves) > 1 else ""
         ax.set_title(f"{name}: {len(fit.points)} points, {fit.poles} poles{curves}", fontsize="medium")
         found[name] = {
@@ -64,7 +60,7 @@ def main(folder):
         }
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "tolerance.png", dpi=160)
+    figure.savefig(folder / "tolerance.png", dpi=130)
     plt.close(figure)
     for name, said in found.items():
         print(f"{name:13}", "  ".join(f"{key} {value:.4g}" for key, value in said.items()))

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import cadfit
 from cadfit import BSpline
-from cadfit.plotting import curvature_comb, plot_spline
+from cadfit.plotting import curvature_comb, plot_comb, plot_deviation, plot_fit, plot_spline
 
 matplotlib.use("agg")
 from matplotlib import pyplot as plt
@@ -141,8 +141,64 @@ def test_mistakes(call, message):
         call()
 
 
+SQUARE = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1.0]])
+CORNERED = cadfit.fit(SQUARE, 0.01, closed=True)
+SPACE = cadfit.fit(HELIX(np.linspace(*HELIX.domain, 200)), 0.02)
+
+
+@pytest.mark.parametrize("fit", [CORNERED, SPACE], ids=["cornered", "in space"])
+def test_a_fit_is_drawn_whole(fit):
+    ax = fit.plot(comb=True, unit="mm")
+    assert_array_equal(drawn(ax, "points"), fit.points)
+    assert_array_equal(drawn(ax, "poles"), fit.curves[0].poles)
+    curves = [line for line in ax.get_lines() if line.get_color() == "#0072B2"]
+    assert len(curves) == len(fit.curves)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (mm)", "y (mm)")
+    assert f"{fit.poles} poles for {len(fit.points)} points: off by at most" in ax.get_title()
+    named = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert named == ["curvature comb", "curve", "poles", "points", *["corners"] * (fit is CORNERED)]
+    if fit is CORNERED:
+        assert_array_equal(drawn(ax, "corners"), fit.points[fit.corners])
+
+
+def test_axes_given_are_named_but_not_titled():
+    _, ax = plt.subplots()
+    assert plot_fit(CORNERED, ax, points=False, poles=False) is ax
+    assert (ax.get_title(), ax.get_legend(), ax.get_xlabel()) == ("", None, "x")
+
+
+def test_deviation_is_drawn_with_the_tolerance_and_the_worst_point():
+    ax = SPACE.plot_deviation(unit="mm")
+    s, off = drawn(ax, "points").T
+    assert len(off) == len(SPACE.points)
+    assert off.max() == pytest.approx(SPACE.deviation.points, rel=1e-3)
+    assert s[-1] == pytest.approx(SPACE.spline.length(), rel=1e-6)
+    assert_allclose(drawn(ax, "tolerance 0.02")[:, 1], 0.02)
+    (worst,) = drawn(ax, f"point {SPACE.deviation.worst}: {SPACE.deviation.points:.3g}")
+    assert_array_equal(worst, [s[SPACE.deviation.worst], off[SPACE.deviation.worst]])
+    assert ax.get_ylabel() == "deviation (mm)"
+    dominant = cadfit.fit_dominant(SPACE.points, fraction=0.5)
+    assert not [line for line in plot_deviation(dominant).get_lines() if "tolerance" in line.get_label()]
+
+
+def test_combs_of_several_curves_are_on_one_scale():
+    small, large = RING, RING.transformed(3.0 * np.eye(2))
+    lines = [line.get_xydata() for line in plot_comb([small, large]).get_lines() if len(line.get_xydata()) == 900]
+    teeth = [np.linalg.norm(each[1::3] - each[::3], axis=1).max() for each in lines]
+    assert teeth[0] == pytest.approx(3.0 * teeth[1], rel=1e-6)
+    assert teeth[0] == pytest.approx(0.2 * large.size, rel=1e-2)
+
+
+def test_a_fit_in_other_dimensions_says_so():
+    with pytest.raises(ValueError, match="not in 1D"):
+        cadfit.fit([[0.0], [1.0], [3.0]], 0.1).plot()
+    assert cadfit.fit([[0.0], [1.0], [3.0]], 0.1).plot_deviation().get_xlabel() == "length along the curve"
+
+
 def test_without_matplotlib(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ImportError, match=r"cadfit\[plot\]"):
+        SPACE.plot_deviation()
     with pytest.raises(ImportError, match=r"cadfit\[plot\]"):
         plot_spline(LINE)
     curvature_comb(LINE)  # numbers need no pictures

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.fitting.deviation import Deviation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -53,3 +57,21 @@ class Fit:
                 "cadfit.join(fit.curves), or corners=None"
             )
         return self.curves[0]
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw points, curves, poles and corners through matplotlib (see `cadfit.plotting.plot_fit`)."""
+        from cadfit.plotting import plot_fit
+
+        return plot_fit(self, ax, **options)
+
+    def plot_deviation(self, ax: Axes | None = None, *, unit: str = "") -> Axes:
+        """Draw how far the curve is from the points, along it (see `cadfit.plotting.plot_deviation`)."""
+        from cadfit.plotting import plot_deviation
+
+        return plot_deviation(self, ax, unit=unit)
+
+    def plot_comb(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the curves and their curvature combs (see `cadfit.plotting.plot_comb`)."""
+        from cadfit.plotting import plot_comb
+
+        return plot_comb(self.curves, ax, **options)
