@@ -8,6 +8,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cadfit.batch import Batch as Batch
+    from cadfit.batch import Failure as Failure
+    from cadfit.batch import fit_many as fit_many
     from cadfit.bspline import BSpline as BSpline
     from cadfit.files import Curves as Curves
     from cadfit.files import read as read
@@ -41,9 +44,11 @@ if TYPE_CHECKING:
 
 _HOME = {
     "BSpline": "bspline",
+    "Batch": "batch",
     "Curves": "files",
     "Deviation": "fitting.deviation",
     "DominantPoints": "fitting.dominant",
+    "Failure": "batch",
     "Fit": "fitting.result",
     "Frames": "sweeping.frames",
     "Profile": "sweeping.profile",
@@ -56,6 +61,7 @@ _HOME = {
     "find_corners": "points.corners",
     "fit": "fitting.approximate",
     "fit_dominant": "fitting.dominant_fit",
+    "fit_many": "batch",
     "fit_planes": "fitting.planes",
     "frames": "sweeping.frames",
     "interpolate": "fitting.interpolate",

@@ -60,10 +60,7 @@ def fit(
     >>> len(circle.spline.poles) <= 11, circle.deviation.points <= 0.01, circle.spline.closed
     (True, True, True)
     """
-    if between not in get_args(Between):
-        raise ValueError(f"between must be one of {get_args(Between)}, not {between!r}")
-    if effort not in get_args(Effort):
-        raise ValueError(f"effort must be one of {get_args(Effort)}, not {effort!r}")
+    check_choices(between, effort)
     cleaned = clean(points, closed)
     given = cleaned.points
     least = smallest_tolerance(given)
@@ -92,6 +89,14 @@ def fit(
     return Fit(
         tuple(curves), found, float(tolerance), cleaned.closed, own(given.copy()), own(parameters), at, cleaned.dropped
     )
+
+
+def check_choices(between: str, effort: str) -> None:
+    """Raise ValueError for what `fit` does not know."""
+    if between not in get_args(Between):
+        raise ValueError(f"between must be one of {get_args(Between)}, not {between!r}")
+    if effort not in get_args(Effort):
+        raise ValueError(f"effort must be one of {get_args(Effort)}, not {effort!r}")
 
 
 def smallest_tolerance(points: Array) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cadfit.bezier import Array, Ints
-from cadfit.bspline import BSpline
+from cadfit.bspline import BSpline, own
 from cadfit.fitting.deviation import Deviation
 
 if TYPE_CHECKING:
@@ -39,6 +42,9 @@ class Fit:
         kind = "closed" if self.closed else "open"
         curves = f"{len(self.curves)} curve{'s'[: len(self.curves) > 1]}"
         return f"Fit({kind}, {curves}, {self.poles} poles for {len(self.points)} points, deviation {far:.3g})"
+
+    def __reduce__(self) -> tuple[Callable[..., Fit], tuple[Any, ...]]:
+        return _again, tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def poles(self) -> int:
@@ -75,3 +81,9 @@ class Fit:
         from cadfit.plotting import plot_comb
 
         return plot_comb(self.curves, ax, **options)
+
+
+def _again(*values: Any) -> Fit:
+    """Return a fit from what was copied or pickled, its arrays read-only as before."""
+    kept: list[Any] = [own(value) if isinstance(value, np.ndarray) else value for value in values]
+    return Fit(*kept)
