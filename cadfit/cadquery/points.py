@@ -1,0 +1,47 @@
+"""Points as CadQuery has them, as an array."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias
+
+import cadquery as cq
+import numpy as np
+from cadquery.cq import VectorLike
+from numpy.typing import ArrayLike
+
+from cadfit.bezier import Array
+from cadfit.occt import points_of
+
+Points: TypeAlias = ArrayLike | Iterable[VectorLike | cq.Vertex | cq.Location] | cq.Workplane
+"""Points in order: tuples, Vectors, Vertices or Locations, an array (n, 2 or 3), or what is on a Workplane's stack."""
+
+
+def as_array(points: Points) -> Array:
+    """Return the points as an array (n, 2), or (n, 3) where they leave z = 0; see `cadfit.occt.points_of`.
+
+    >>> as_array([cq.Vertex.makeVertex(1, 2, 3), cq.Location((4, 5, 6))])
+    array([[1., 2., 3.],
+           [4., 5., 6.]])
+
+    >>> as_array([cq.Vector(1, 2), cq.Vector(4, 5)]).tolist()
+    [[1.0, 2.0], [4.0, 5.0]]
+    """
+    rows = points.vals() if isinstance(points, cq.Workplane) else points
+    if isinstance(rows, list | tuple):
+        rows = [cq.Vector(row.toTuple()[0]) if isinstance(row, cq.Location) else row for row in rows]
+    array = points_of(rows)
+    return array[:, :2] if array.shape[1] == 3 and not array[:, 2].any() else array
+
+
+def in_one_space(first: Array, second: Array) -> tuple[Array, Array]:
+    """Return two arrays (n, 2 or 3) with as many columns; 2D rows lie in z = 0."""
+    d = max(first.shape[1], second.shape[1])
+    lifted = [np.column_stack([rows, np.zeros((len(rows), d - rows.shape[1]))]) for rows in (first, second)]
+    return lifted[0], lifted[1]
+
+
+def in_world(points: object) -> bool:
+    """Whether points have their place in the world, not on a workplane: shapes, and what is on a stack."""
+    first = points[0] if isinstance(points, list | tuple) and points else points
+    return isinstance(first, cq.Shape | cq.Workplane)

@@ -1,0 +1,171 @@
+"""Workplane methods: fitted splines drawn as CadQuery draws its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import cadquery as cq
+import numpy as np
+from cadquery.cq import VectorLike
+
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline
+from cadfit.cadquery.points import Points, as_array, in_one_space, in_world
+from cadfit.cadquery.shapes import to_wire
+from cadfit.fitting.approximate import Between, Corners, Effort, fit
+from cadfit.fitting.cardinal import cardinal_spline
+from cadfit.fitting.local import local_spline
+from cadfit.occt import CONFUSION
+from cadfit.points.parametrize import Parametrization
+
+T = TypeVar("T", bound=cq.Workplane)
+
+
+class Workplane(cq.Workplane):
+    """
+    CadQuery's Workplane with cadfit's methods, for those who want them typed and `cadquery.Workplane` left as it is.
+
+    `register` adds the same methods to `cadquery.Workplane` itself.
+    """
+
+    def fitSpline(
+        self: T,
+        points: Points | None,
+        tolerance: float,
+        closed: bool | None = None,
+        corners: Corners = "auto",
+        between: Between = "curve",
+        effort: Effort = "best",
+        tangents: Sequence[VectorLike] | None = None,
+        forConstruction: bool = False,
+        includeCurrent: bool = False,
+        makeWire: bool = False,
+    ) -> T:
+        """
+        Draw C2 cubic splines within a certified tolerance of points (2D or 3D), with few poles.
+
+        :param points: points in order, in local coordinates: tuples, Vectors, or an array. Vertices, and with None the
+            points on the stack, are taken where they are.
+        :param tolerance: every point is within this distance of the curve, matched in order
+        :param closed: whether the curve returns to its first point, C2 across the seam; None: when the last point
+            repeats the first
+        :param corners: the points where one edge ends and the next begins, kept exactly: "auto" finds those that stand
+            out, an angle in radians those that turn by more; or rows of the points, or None
+        :param between: "curve" when the points are samples of something smooth: no wiggles or overshoot between them.
+            "polyline" when they are the shape's own vertices: the curve is within the tolerance there, too
+        :param effort: "best", or "fast" for a fourth of the time and some 14 % more poles
+        :param tangents: the directions at the start and the end, in local coordinates
+        :param forConstruction: whether the edges are for reference: they do not become pending
+        :param includeCurrent: use the current point as the first one
+        :param makeWire: put one wire on the stack instead of the edges, one for each part between corners
+        :return: a Workplane with the edges or the wire on its stack
+        :raises ValueError: for bad points, naming the row, and a tolerance that cannot be held
+
+        This draws a closed outline within 0.02 of 60 points, and extrudes it::
+
+            turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+            outline = np.column_stack([20 * np.cos(turn), 12 * np.sin(turn)])
+            part = Workplane("XZ").fitSpline(outline, 0.02, closed=True).close().extrude(5)
+        """
+        given, world = gathered(self, points, includeCurrent)
+        ends = None
+        if tangents is not None:
+            given, ends = in_one_space(given, _directions(self, tangents, world))
+        found = fit(given, tolerance, closed=closed, corners=corners, between=between, effort=effort, end_tangents=ends)
+        return drawn(self, found.curves, world, forConstruction, makeWire)
+
+    def cardinalSpline(
+        self: T,
+        points: Points | None,
+        tension: float = 0.5,
+        curvature: float = 0.0,
+        closed: bool = False,
+        forConstruction: bool = False,
+        includeCurrent: bool = False,
+        makeWire: bool = False,
+    ) -> T:
+        """
+        Draw the C2 cardinal spline through points (2D or 3D): no system is solved, nothing far away moves.
+
+        :param points: as for :meth:`fitSpline`
+        :param tension: the tangent at a point is this times the difference of its neighbours
+        :param curvature: the part of the points' second difference to restore there: with 0 the curve is flat at
+            every point, 1 follows an arc
+        :param closed: whether the curve returns to its first point, C2 across the seam (``periodic`` in
+            :meth:`spline`)
+        :param forConstruction: whether the edge is for reference: it does not become pending
+        :param includeCurrent: use the current point as the first one
+        :param makeWire: put a wire on the stack instead of the edge
+        :return: a Workplane with the edge or the wire on its stack
+        :raises ValueError: for bad points and equal neighbours, naming the row
+
+        See :func:`cadfit.cardinal_spline` for what it does to the curvature.
+        """
+        given, world = gathered(self, points, includeCurrent)
+        return drawn(self, [cardinal_spline(given, tension, curvature, closed)], world, forConstruction, makeWire)
+
+    def localSpline(
+        self: T,
+        points: Points | None,
+        parametrization: Parametrization = "centripetal",
+        closed: bool = False,
+        forConstruction: bool = False,
+        includeCurrent: bool = False,
+        makeWire: bool = False,
+    ) -> T:
+        """
+        Draw the C2 spline through points (2D or 3D), with derivatives estimated from five neighbours.
+
+        :param points: as for :meth:`fitSpline`
+        :param parametrization: "centripetal", "chord" or "uniform"
+        :param closed: whether the curve returns to its first point, C2 across the seam (``periodic`` in
+            :meth:`spline`)
+        :param forConstruction: whether the edge is for reference: it does not become pending
+        :param includeCurrent: use the current point as the first one
+        :param makeWire: put a wire on the stack instead of the edge
+        :return: a Workplane with the edge or the wire on its stack
+        :raises ValueError: for bad points and equal neighbours, naming the row
+
+        See :func:`cadfit.local_spline` for its errors and how it takes uneven spacing.
+        """
+        given, world = gathered(self, points, includeCurrent)
+        return drawn(self, [local_spline(given, closed, parametrization)], world, forConstruction, makeWire)
+
+
+def gathered(base: cq.Workplane, points: Points | None, includeCurrent: bool) -> tuple[Array, bool]:
+    """Return points (n, 2 or 3), and whether their coordinates are the world's instead of the workplane's."""
+    given = base if points is None else points
+    world = in_world(given)
+    array = as_array(given)
+    if not includeCurrent:
+        return array, world
+    current = np.array([base._findFromPoint(not world).toTuple()])
+    if abs(current[0, 2]) <= CONFUSION:  # on the plane, but for rounding
+        current = current[:, :2]
+    return np.concatenate(in_one_space(current, array)), world
+
+
+def drawn(base: T, curves: Sequence[BSpline], world: bool, forConstruction: bool, makeWire: bool) -> T:
+    """Return the workplane with curves that follow each other drawn on it."""
+    wire = to_wire(curves)
+    if not world:
+        wire = wire.moved(base.plane.location)
+    edges = wire.Edges()
+    for shape in (wire, *edges):
+        shape.forConstruction = forConstruction
+    if not forConstruction:
+        if makeWire:
+            base._addPendingWire(wire)
+        else:
+            for edge in edges:
+                base._addPendingEdge(edge)
+    return base.newObject([wire] if makeWire else edges)
+
+
+def _directions(base: cq.Workplane, tangents: Sequence[VectorLike], world: bool) -> Array:
+    """Return directions on the workplane (2, 2 or 3), turned into the world's axes where the points are there."""
+    array = as_array(tangents)
+    if not world:
+        return array
+    return as_array([base.plane.toWorldCoords(tuple(row)) - base.plane.origin for row in array.tolist()])

@@ -1,0 +1,334 @@
+"""cadfit in CadQuery: drawn as the host draws, the curve unchanged, never in the way of the host's own."""
+
+import importlib
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import cadfit
+
+from corpus_data import curves, turn
+
+cq = pytest.importorskip("cadquery")
+
+from OCP.BRepAdaptor import BRepAdaptor_Curve  # noqa: E402
+from OCP.GeomAbs import GeomAbs_Shape  # noqa: E402
+
+import cadfit.cadquery as host  # noqa: E402
+
+OWN = {owner: set(dir(owner)) for owner in (cq.Workplane, cq.Sketch)}  # before any test registers
+
+SIDES = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
+SQUARE = np.concatenate([a + np.linspace(0, 1, 20, endpoint=False)[:, None] * (b - a) for a, b in pairwise(SIDES)])
+SQUARE = np.concatenate([SQUARE, SQUARE[:1]])
+OVAL = turn(60, 12.0) * [2.0, 1.0]
+WAVE = np.column_stack([np.linspace(0, 10, 41), np.sin(np.linspace(0, 5, 41))])
+NAMES = ("fitSpline", "cardinalSpline", "localSpline")
+PLANES = ["XY", "XZ", "ZY", cq.Plane((3, -2, 7), (1, 2, 0.5), (0.3, -0.2, 1.1))]
+
+
+@pytest.fixture
+def registered():
+    """CadQuery's own classes with cadfit's methods, for one test."""
+    host.register()
+    yield
+    for owner in (cq.Workplane, cq.Sketch):
+        for name in NAMES:
+            if name in vars(owner):
+                delattr(owner, name)
+
+
+def in_plane(plane, spline):
+    """A spline's poles where a plane has them, by CadQuery's own transformation."""
+    lifted = np.column_stack([spline.poles, np.zeros((len(spline.poles), 3 - spline.poles.shape[1]))])
+    return np.array([plane.toWorldCoords(tuple(row)).toTuple() for row in lifted])
+
+
+def world(points):
+    return np.array([v.toTuple() for v in points])
+
+
+# Curves and edges
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_an_edge_is_the_spline_and_comes_back_to_the_last_bit(closed):
+    spline = cadfit.local_spline(OVAL if closed else WAVE, closed=closed)
+    edge = host.to_edge(spline)
+    assert isinstance(edge, cq.Edge)
+    assert edge.isValid()
+    assert edge.IsClosed() == closed
+    back = host.from_edge(edge)
+    assert np.array_equal(back.poles[:, :2], spline.poles)
+    assert np.array_equal(back.knots, spline.knots)
+    assert edge.Length() == pytest.approx(spline.length(), rel=1e-6)
+
+
+def test_the_kernel_sees_c2_at_every_knot():
+    edge = host.fit_edge(OVAL, 0.01, closed=True)
+    adaptor = BRepAdaptor_Curve(edge.wrapped)
+    assert adaptor.Continuity() == GeomAbs_Shape.GeomAbs_C2
+    assert adaptor.NbIntervals(GeomAbs_Shape.GeomAbs_C2) == 1
+    joined = host.to_edge(cadfit.join(cadfit.fit(SQUARE, 0.01).curves))
+    assert BRepAdaptor_Curve(joined.wrapped).NbIntervals(GeomAbs_Shape.GeomAbs_C2) == 4
+
+
+@pytest.mark.parametrize("shape", curves(1, families=["airfoil", "mesh_section", "neuron", "cad_edge"]))
+def test_real_curves_pass_through_unchanged(shape):
+    fit = cadfit.fit(shape.points, 1e-3 * shape.size, closed=shape.closed, effort="fast")
+    wire = host.to_wire(fit)
+    assert wire.isValid()
+    assert wire.IsClosed() == fit.closed
+    for edge, curve in zip(wire.Edges(), fit.curves, strict=True):
+        back = host.from_edge(edge)
+        assert np.array_equal(back.poles[:, : curve.poles.shape[1]], curve.poles)
+        assert np.array_equal(back.knots, curve.knots)
+
+
+def test_a_face_has_its_holes_and_the_area_between_the_curves():
+    hole = cadfit.fit(turn(80, 3.0), 1e-4, closed=True)
+    face = host.to_face(cadfit.fit(SQUARE, 0.01), [hole.spline.transformed(0.3 * np.eye(2), [2.0, 1.5])])
+    assert isinstance(face, cq.Face)
+    assert face.isValid()
+    assert face.Area() == pytest.approx(12.0 - np.pi * 0.81, abs=1e-3)
+    assert len(face.innerWires()) == 1
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_points_are_in_the_workplanes_coordinates(plane):
+    base = host.Workplane(plane)
+    fit = cadfit.fit(WAVE, 0.01)
+    edge = base.fitSpline(WAVE, 0.01).val()
+    assert np.abs(host.from_edge(edge).poles - in_plane(base.plane, fit.spline)).max() < 1e-13
+    assert np.array_equal(host.from_edge(edge).knots, fit.spline.knots)
+    local = edge.moved(base.plane.location.inverse)
+    assert np.abs(host.from_edge(local).poles[:, :2] - fit.spline.poles).max() < 1e-13
+
+
+# Points
+
+
+KINDS = {
+    "tuples": [tuple(p) for p in WAVE.tolist()],
+    "vectors": [cq.Vector(*p) for p in WAVE.tolist()],
+    "array": WAVE,
+    "3D": np.column_stack([WAVE, np.zeros(len(WAVE))]),
+    "locations": [cq.Location((*p, 0.0)) for p in WAVE.tolist()],
+}
+
+
+@pytest.mark.parametrize("points", KINDS.values(), ids=KINDS)
+def test_points_of_every_kind_draw_the_same(points):
+    edge = host.Workplane("XZ").fitSpline(points, 0.01).val()
+    plain = host.Workplane("XZ").fitSpline(WAVE, 0.01).val()
+    assert np.abs(host.from_edge(edge).poles - host.from_edge(plain).poles).max() < 1e-12
+
+
+def test_shapes_and_the_stack_are_taken_where_they_are():
+    there = [cq.Vertex.makeVertex(*p, 1.0) for p in WAVE.tolist()]
+    on_vertices = host.Workplane("YZ").fitSpline(there, 0.01).val()
+    stacked = host.Workplane("XY", origin=(0, 0, 1)).pushPoints(KINDS["tuples"]).fitSpline(None, 0.01).val()
+    for edge in (on_vertices, stacked):
+        assert edge.startPoint().toTuple() == pytest.approx((0, 0, 1))
+        assert edge.endPoint().toTuple() == pytest.approx((10, np.sin(5), 1))
+
+
+def test_tangents_turn_with_what_they_belong_to():
+    flat = host.Workplane("XZ").fitSpline(WAVE, 0.01, tangents=[(0, 1), (1, 0)]).val()
+    assert flat.tangentAt(0).toTuple() == pytest.approx((0, 0, 1), abs=1e-9)
+    assert flat.tangentAt(1).toTuple() == pytest.approx((1, 0, 0), abs=1e-9)
+    there = [cq.Vertex.makeVertex(x, 0.0, z) for x, z in WAVE.tolist()]
+    placed = host.Workplane("XZ").fitSpline(there, 0.01, tangents=[(0, 1), (1, 0)]).val()
+    assert placed.tangentAt(0).toTuple() == pytest.approx((0, 0, 1), abs=1e-9)
+    rising = host.fit_edge(WAVE, 0.01, tangents=[(1, 0, 1), (1, 0, 0)])
+    assert rising.tangentAt(0).toTuple() == pytest.approx((0.5**0.5, 0, 0.5**0.5), abs=1e-9)
+
+
+# The host's manner
+
+
+def test_edges_become_pending_and_close_into_a_solid():
+    oval = host.Workplane("XZ").fitSpline(OVAL, 0.01, closed=True).close().extrude(5)
+    assert type(oval) is host.Workplane
+    assert oval.val().isValid()
+    assert oval.val().Volume() == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
+    cornered = host.Workplane().fitSpline(SQUARE, 0.01).close().extrude(2)
+    assert cornered.val().Volume() == pytest.approx(24.0)
+    assert cornered.faces().size() == 6
+    open_one = host.Workplane().fitSpline(WAVE, 0.01).lineTo(10, -3).lineTo(0, -3).close().extrude(1)
+    assert open_one.val().isValid()
+    assert open_one.val().Volume() == pytest.approx(np.trapezoid(WAVE[:, 1] + 3.0, WAVE[:, 0]), abs=0.05)
+
+
+def test_drawing_goes_on_from_the_current_point():
+    ahead = WAVE[1:] + [5.0, 2.0]
+    drawn = host.Workplane("YZ").moveTo(*(WAVE[0] + [5.0, 2.0])).fitSpline(ahead, 0.01, includeCurrent=True)
+    assert drawn.val().startPoint().toTuple() == pytest.approx((0, 5, 2))
+    lifted = host.Workplane("XY").pushPoints([(0, 0, 3)]).localSpline([(1, 0), (2, 1), (3, 0)], includeCurrent=True)
+    assert lifted.val().startPoint().toTuple() == pytest.approx((0, 0, 3))
+    shape = host.Workplane().lineTo(5, 0).fitSpline([(5.5, 1), (5, 2)], 1e-3, includeCurrent=True).lineTo(0, 2)
+    assert shape.close().extrude(1).val().isValid()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_construction_and_wires_as_in_spline(name):
+    extra = (0.01,) if name == "fitSpline" else ()
+    edges = getattr(host.Workplane(), name)(WAVE, *extra)
+    assert [type(each) for each in edges.ctx.pendingEdges] == [cq.Edge]
+    reference = getattr(host.Workplane(), name)(WAVE, *extra, forConstruction=True)
+    assert reference.ctx.pendingEdges == []
+    assert reference.val().forConstruction
+    wire = getattr(host.Workplane(), name)(WAVE, *extra, makeWire=True)
+    assert isinstance(wire.val(), cq.Wire)
+    assert (len(wire.ctx.pendingWires), wire.ctx.pendingEdges) == (1, [])
+    quiet = getattr(host.Workplane(), name)(WAVE, *extra, makeWire=True, forConstruction=True)
+    assert (quiet.ctx.pendingWires, quiet.val().forConstruction) == ([], True)
+    tagged = edges.tag("wave").box(1, 1, 1).edges(tag="wave")
+    assert tagged.size() == 1
+
+
+def test_splines_through_points():
+    for edge in (
+        host.Workplane().cardinalSpline(OVAL, curvature=1.0, closed=True).val(),
+        host.Workplane().localSpline(OVAL, "chord", closed=True).val(),
+    ):
+        assert edge.IsClosed()
+        assert host.from_edge(edge).nearest(np.column_stack([OVAL, 0 * OVAL[:, :1]]))[1].max() < 1e-12
+
+
+# invoke
+
+
+def test_invoke_draws_on_workplanes_and_in_sketches_and_reports_the_fit():
+    outline = host.fit_spline(OVAL, 0.01, closed=True, tag="outline")
+    assert outline.fit.deviation.points <= 0.01
+    base = cq.Workplane("XZ").invoke(outline)
+    assert type(base) is cq.Workplane
+    assert base.close().extrude(5).val().Volume() == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
+    assert base.edges(tag="outline").size() == 1
+    sketch = cq.Sketch().invoke(outline).assemble()
+    assert sketch.val().isValid()
+    assert sketch._faces.Area() == pytest.approx(np.pi * 24 * 12, rel=1e-3)
+    ready = cq.Workplane().invoke(host.draw(cadfit.local_spline(OVAL, closed=True), makeWire=True))
+    assert ready.extrude(1).val().isValid()
+
+
+def test_a_sketch_takes_edges_with_a_tag_and_for_construction():
+    sketch = host.Sketch().fitSpline(SQUARE, 0.01, tag="outline").fitSpline(WAVE, 0.01, forConstruction=True)
+    assert sketch.select("outline").vals() == sketch._edges[:4]
+    assert [edge.forConstruction for edge in sketch._edges] == [False] * 4 + [True]
+    assert sketch.reset().assemble()._faces.Area() == pytest.approx(12.0)
+    mixed = host.Sketch().localSpline(WAVE).segment((10.0, -3.0)).segment((0.0, -3.0)).close().assemble()
+    assert mixed._faces.isValid()
+    assert host.Sketch().cardinalSpline(OVAL, closed=True).assemble()._faces.Area() > 800
+
+
+# register
+
+
+def test_nothing_is_added_on_import():
+    assert not any(name in names for name in NAMES for names in OWN.values())
+
+
+def test_register_adds_methods_that_chain(registered):
+    host.register()  # again: nothing changes
+    part = cq.Workplane("XZ").fitSpline(OVAL, 0.01, closed=True).close().extrude(5)
+    assert type(part) is cq.Workplane
+    assert part.faces("<Y").workplane().sketch().fitSpline(OVAL / 2, 0.01, closed=True).assemble().finalize()
+    assert cq.Workplane().localSpline(WAVE).cardinalSpline(WAVE).size() == 1
+
+
+def test_register_never_replaces_a_method(monkeypatch):
+    monkeypatch.setattr(cq.Workplane, "localSpline", lambda self: self, raising=False)
+    with pytest.raises(ValueError, match=r"Workplane already has a localSpline"):
+        host.register()
+    assert not hasattr(cq.Workplane, "fitSpline")
+    assert not hasattr(cq.Sketch, "localSpline")
+    with pytest.raises(ValueError, match="no method 'spline'"):
+        host.register(["spline"])
+
+
+def test_register_takes_a_choice(registered):
+    for owner in (cq.Workplane, cq.Sketch):
+        for name in NAMES:
+            delattr(owner, name)
+    host.register(["fitSpline"])
+    assert hasattr(cq.Workplane, "fitSpline")
+    assert not hasattr(cq.Workplane, "localSpline")
+
+
+# Errors
+
+
+@pytest.mark.parametrize(
+    ("points", "tolerance", "says"),
+    [
+        ([(0, 0), (1, float("nan")), (2, 0)], 0.1, "row 1 of the points is not finite"),
+        ([(0, 0), (1, 1)], 0.0, "tolerance must be at least"),
+        ([(0, 0), "one"], 0.1, "row 1 of the points is not a row of numbers"),
+        ([(0, 0), (0, 0)], 0.1, "at least 2 distinct points"),
+        ([(0, 0, 0, 0), (1, 1, 1, 1)], 0.1, "2D or 3D, not in 4D"),
+        ("points", 0.1, "points must be a list of points"),
+    ],
+)
+def test_what_is_wrong_is_a_value_error_everywhere(points, tolerance, says):
+    calls = (host.fit_edge, host.fit_wire, host.Workplane().fitSpline, host.Sketch().fitSpline)
+    for call in calls:
+        with pytest.raises(ValueError, match=says):
+            call(points, tolerance)
+
+
+def test_corners_make_no_single_edge():
+    with pytest.raises(ValueError, match="4 curves, split at corners"):
+        host.fit_edge(SQUARE, 0.01, corners="auto")
+
+
+def test_without_cadquery_the_message_names_the_extra(monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("cadfit.cadquery")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "cadquery", None)
+    with pytest.raises(ImportError, match=r"pip install 'cadfit\[cadquery\]'"):
+        importlib.import_module("cadfit.cadquery")
+
+
+# Types
+
+
+USER = """
+import cadquery as cq
+import numpy as np
+
+from cadfit.cadquery import Sketch, Workplane, draw, fit_edge, fit_spline, to_wire
+
+points = np.zeros((5, 2))
+outline = fit_spline(points, 0.1, closed=True)
+reveal_type(cq.Workplane().invoke(outline))
+reveal_type(outline.fit.deviation.points)
+reveal_type(Workplane().fitSpline([(0, 0), (1, 1)], 0.1, makeWire=True).extrude(1))
+reveal_type(Sketch().fitSpline([cq.Vector(0, 0), cq.Vector(1, 1)], 0.1).assemble())
+reveal_type(fit_edge([(0.0, 0.0), (1.0, 1.0)], 0.1))
+reveal_type(to_wire(outline.fit))
+Workplane().fitSpline(points, 0.1, betwen="curve")
+fit_edge(points, "0.1", effort="bst")
+"""
+
+
+@pytest.mark.slow
+def test_a_users_script_has_types(tmp_path):
+    api = pytest.importorskip("mypy.api")
+    (tmp_path / "user.py").write_text(USER, encoding="utf-8")
+    said, wrong, _ = api.run(["--strict", "--cache-dir", str(tmp_path), str(tmp_path / "user.py")])
+    assert not wrong
+    revealed = [line.split('"')[1] for line in said.splitlines() if "Revealed type" in line]
+    assert revealed == [
+        "cadquery.cq.Workplane",
+        "float",
+        "cadfit.cadquery.workplane.Workplane",
+        "cadfit.cadquery.sketch.Sketch",
+        "cadquery.occ_impl.shapes.Edge",
+        "cadquery.occ_impl.shapes.Wire",
+    ]
+    errors = [line for line in said.splitlines() if ": error:" in line]
+    assert [line.rsplit("[", 1)[1] for line in errors] == ["call-arg]", "arg-type]", "arg-type]"], said
