@@ -23,6 +23,7 @@ from cadfit.occt.faces import to_face
 from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
 from cadfit.occt.shapes import edges, from_edge, to_edge, to_wire
+from cadfit.occt.solids import sweep_solid, tube_solid, volume
 
 __all__ = [
     "CONFUSION",
@@ -33,9 +34,12 @@ __all__ = [
     "points_of",
     "read_brep",
     "read_step",
+    "sweep_solid",
     "to_edge",
     "to_face",
     "to_wire",
+    "tube_solid",
+    "volume",
     "write_brep",
     "write_step",
 ]

@@ -11,13 +11,17 @@ try:  # All that differs between the versions: OCP 8 gathers the collections, an
     from OCP.collections import Array1_double as Reals
     from OCP.collections import Array1_gp_Pnt as Points
     from OCP.collections import Array1_int as Integers
+    from OCP.collections import Array2_double as RealGrid
+    from OCP.collections import Array2_gp_Pnt as PointGrid
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Shapes
 
     as_edge, as_vertex, as_wire = TopoDS.Edge, TopoDS.Vertex, TopoDS.Wire
 except ImportError:
     from OCP.TColgp import TColgp_Array1OfPnt as Points
+    from OCP.TColgp import TColgp_Array2OfPnt as PointGrid
     from OCP.TColStd import TColStd_Array1OfInteger as Integers
     from OCP.TColStd import TColStd_Array1OfReal as Reals
+    from OCP.TColStd import TColStd_Array2OfReal as RealGrid
     from OCP.TopTools import TopTools_IndexedMapOfShape as Shapes
 
     as_edge, as_vertex, as_wire = TopoDS.Edge_s, TopoDS.Vertex_s, TopoDS.Wire_s
@@ -26,7 +30,9 @@ __all__ = [
     "CONFUSION",
     "Integers",
     "KernelError",
+    "PointGrid",
     "Points",
+    "RealGrid",
     "Reals",
     "Shapes",
     "as_edge",

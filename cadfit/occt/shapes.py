@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Sequence
-from itertools import pairwise, repeat
+from itertools import pairwise
 from typing import Protocol, TypeAlias
 
 import numpy as np
 from OCP.BRep import BRep_Builder
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
-from OCP.Geom import Geom_BSplineCurve
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Pnt
 from OCP.Precision import Precision
@@ -20,7 +18,8 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Shape, TopoDS_Vertex, TopoDS_Wire
 
 from cadfit.bspline import DEGREE, BSpline
-from cadfit.occt.kernel import CONFUSION, Integers, KernelError, Points, Reals, Shapes, as_edge, building
+from cadfit.occt.geometry import curve as kernel_curve
+from cadfit.occt.kernel import CONFUSION, KernelError, Shapes, as_edge, building
 
 
 class HasCurves(Protocol):
@@ -113,21 +112,6 @@ def _gap(before: BSpline, after: BSpline) -> float:
     return float(np.linalg.norm(after.poles[0] - before.poles[-1]))
 
 
-def _curve(spline: BSpline) -> Geom_BSplineCurve:
-    """Return the kernel's curve of a spline."""
-    poles = Points(1, len(spline.poles))
-    point = gp_Pnt()  # one for all: the array copies it, and making 1e5 of them is what takes time
-    moves = map(point.SetCoord, *spline.poles.T.tolist())
-    deque(zip(moves, map(poles.SetValue, range(1, len(poles) + 1), repeat(point)), strict=False), maxlen=0)
-    distinct, often = spline.distinct_knots, spline.multiplicities
-    knots, multiplicities = Reals(1, len(distinct)), Integers(1, len(distinct))
-    deque(map(knots.SetValue, range(1, len(distinct) + 1), distinct.tolist()), maxlen=0)
-    multiplicities.Init(1)
-    for k in np.flatnonzero(often > 1).tolist():
-        multiplicities.SetValue(k + 1, int(often[k]))
-    return Geom_BSplineCurve(poles, knots, multiplicities, DEGREE)
-
-
 def _chain(curves: Sequence[BSpline]) -> list[TopoDS_Edge]:
     """Return the edges of splines that follow each other, one vertex where they meet and at a return to the start."""
     made = []
@@ -142,7 +126,7 @@ def _chain(curves: Sequence[BSpline]) -> list[TopoDS_Edge]:
             end = first if _gap(curve, curves[0]) <= CONFUSION else _vertex(curve, -1)
         with building(what):
             # With its ends' parameters given, the kernel does not search for the vertices along the curve.
-            make = BRepBuilderAPI_MakeEdge(_curve(curve), start, end, *curve.domain)
+            make = BRepBuilderAPI_MakeEdge(kernel_curve(curve.poles, curve.knots, DEGREE), start, end, *curve.domain)
             if not make.IsDone():
                 raise KernelError(make.Error().name.removeprefix("BRepBuilderAPI_"))
             made.append(make.Edge())

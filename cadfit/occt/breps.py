@@ -1,0 +1,138 @@
+"""Faces with shared edges around rails: closed shells and solids, made without sewing, boolean or search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from OCP.BRep import BRep_Builder
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+from OCP.BRepLib import BRepLib
+from OCP.Geom import Geom_Curve, Geom_Plane
+from OCP.Geom2d import Geom2d_Line
+from OCP.gp import gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
+
+from cadfit.bezier import Array
+from cadfit.bspline import DEGREE, BSpline
+from cadfit.occt import geometry
+from cadfit.occt.kernel import CONFUSION
+from cadfit.occt.profiles import Loop
+
+Ring = list[TopoDS_Edge]
+
+_ALONG, _ACROSS = gp_Dir2d(0.0, 1.0), gp_Dir2d(1.0, 0.0)
+_SMOOTH_EDGE = 1e-5  # radians: faces that meet at a smaller angle are one surface to whoever draws them
+
+
+def wall(loop: Loop, rails: Sequence[BSpline], closed: bool) -> tuple[list[TopoDS_Face], Ring, Ring]:
+    """Return the faces a loop sweeps out along rails (n, 9), and the edges of its first and last ring.
+
+    A face for each arc and rail; outward is to the right of the loop. Neighbours share their edges, so with `closed`
+    (two rails or more) the last rail ends on the first ring.
+    """
+    stands = [rail.poles[0] for rail in rails] + ([] if closed else [rails[-1].poles[-1]])
+    corners = np.array([arc.poles[0] for arc in loop])
+    vertices = [[_vertex(place) for place in swept(stand, corners)] for stand in stands]
+    rings = [_ring(loop, stand, around) for stand, around in zip(stands, vertices, strict=True)]
+    faces = []
+    for row, rail in enumerate(rails):
+        above = (row + 1) % len(rings)
+        poles = swept(rail.poles, corners)  # (rail's, corners, 3)
+        sides = [
+            _edge(geometry.curve(poles[:, k], rail.knots, DEGREE), vertices[row][k], vertices[above][k], rail.domain)
+            for k in range(len(corners))
+        ]
+        for k, arc in enumerate(loop):
+            grid = swept(rail.poles, arc.poles).transpose(1, 0, 2)
+            weights = np.broadcast_to(arc.weights[:, None], grid.shape[:2])
+            surface = geometry.surface(grid, (arc.knots, rail.knots), (arc.degree, DEGREE), weights)
+            face = TopoDS_Face()
+            builder = BRep_Builder()
+            builder.MakeFace(face, surface, CONFUSION)
+            low, high, first, last = rings[row][k], rings[above][k], sides[k], sides[(k + 1) % len(sides)]
+            u, v = (arc.knots[0], arc.knots[-1]), rail.domain
+            for edge, start, along in [
+                (low, (0.0, v[0]), _ACROSS),
+                (high, (0.0, v[1]), _ACROSS),
+                (first, (u[0], 0.0), _ALONG),
+                (last, (u[1], 0.0), _ALONG),
+            ]:
+                builder.UpdateEdge(edge, Geom2d_Line(gp_Pnt2d(*map(float, start)), along), face, CONFUSION)
+            builder.Add(face, _wire([low, last, _back(high), _back(first)]))
+            faces.append(face)
+    return faces, rings[0], rings[-1]
+
+
+def swept(rail: Array, places: Array) -> Array:
+    """Return the poles (..., k, 3) that places (k, 2) of a profile have for poles (..., 9) of a rail.
+
+    >>> swept(np.array([5.0, 0, 0, 1, 0, 0, 0, 1, 0]), np.array([[2.0, 3.0]]))
+    array([[7., 3., 0.]])
+    """
+    origin, f, g = np.split(rail[..., None, :], 3, axis=-1)
+    return np.asarray(origin + places[:, :1] * f + places[:, 1:] * g)
+
+
+def cap(stand: Array, rings: Sequence[Ring], outward: bool) -> TopoDS_Face:
+    """Return the plane face within rings at the end (9,) of a rail; `outward`: it looks along the path."""
+    origin, f, g = stand.reshape(3, 3)
+    normal = np.cross(f, g) * (1.0 if outward else -1.0)
+    axes = gp_Ax3(gp_Pnt(*origin.tolist()), gp_Dir(*normal.tolist()), gp_Dir(*f.tolist()))
+    face, builder = TopoDS_Face(), BRep_Builder()
+    builder.MakeFace(face, Geom_Plane(axes), CONFUSION)
+    for ring in rings:
+        builder.Add(face, _wire(ring if outward else [_back(edge) for edge in ring[::-1]]))
+    return face
+
+
+def solid(shells: Sequence[Sequence[TopoDS_Face]]) -> TopoDS_Solid:
+    """Return the solid bounded by closed shells, given as their faces, the outer one first."""
+    out, builder = TopoDS_Solid(), BRep_Builder()
+    builder.MakeSolid(out)
+    for faces in shells:
+        shell = TopoDS_Shell()
+        builder.MakeShell(shell)
+        for face in faces:
+            builder.Add(shell, face)
+        shell.Closed(True)
+        builder.Add(out, shell)
+    BRepLib.EncodeRegularity_s(out, _SMOOTH_EDGE)
+    return out
+
+
+def _ring(loop: Loop, stand: Array, vertices: Sequence[TopoDS_Vertex]) -> Ring:
+    """Return the edges of a loop set up at (9,), between the vertices at its arcs' starts."""
+    ends = [*vertices[1:], vertices[0]]
+    ring = []
+    for arc, start, end in zip(loop, vertices, ends, strict=True):
+        curve = geometry.curve(swept(stand, arc.poles), arc.knots, arc.degree, arc.weights)
+        ring.append(_edge(curve, start, end, (float(arc.knots[0]), float(arc.knots[-1]))))
+    return ring
+
+
+def _vertex(place: Array) -> TopoDS_Vertex:
+    return BRepBuilderAPI_MakeVertex(gp_Pnt(*place.tolist())).Vertex()
+
+
+def _edge(curve: Geom_Curve, start: TopoDS_Vertex, end: TopoDS_Vertex, domain: tuple[float, float]) -> TopoDS_Edge:
+    edge, builder = TopoDS_Edge(), BRep_Builder()
+    builder.MakeEdge(edge, curve, CONFUSION)
+    builder.Add(edge, start.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    builder.Add(edge, end.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
+    builder.Range(edge, *domain)
+    return edge
+
+
+def _back(edge: TopoDS_Edge) -> TopoDS_Edge:
+    return edge.Oriented(TopAbs_Orientation.TopAbs_REVERSED)
+
+
+def _wire(edges: Sequence[TopoDS_Edge]) -> TopoDS_Wire:
+    wire, builder = TopoDS_Wire(), BRep_Builder()
+    builder.MakeWire(wire)
+    for edge in edges:
+        builder.Add(wire, edge)
+    wire.Closed(True)
+    return wire
