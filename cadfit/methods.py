@@ -17,6 +17,7 @@ from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.files import Curves
 from cadfit.files.facts import summary
+from cadfit.stages import stage
 
 _OPTIONS = {  # those of each method; the first method that has one of those given is meant where none is named
     "tolerance": ("tolerance", "between", "corners", "effort"),
@@ -59,6 +60,11 @@ class How:
         if method == "tolerance" and self.tolerance is None:
             raise ValueError("how far may the curve be from the points? --tolerance says it")
         return method
+
+    def check(self) -> None:
+        """Raise ValueError where options do not go together, or say nothing that a method knows."""
+        if self.chosen == "tolerance":
+            corners_of(self.corners or "auto")
 
 
 def made(found: Any, how: How, progress: Callable[[float], None] | None = None) -> Made:
@@ -133,7 +139,8 @@ def _through(points: Array, how: How, method: str) -> Made:
     cleaned = cadfit.clean(points, how.closed)
     if how.closed is None and cleaned.closed:
         _warn_of_corner_at_seam(cleaned.points)
-    spline = _interpolant(cleaned.points, how, method, cleaned.closed)
+    with stage("a curve through the points"):
+        spline = _interpolant(cleaned.points, how, method, cleaned.closed)
     curves = Curves((spline,), cleaned.closed, cadfit.deviation(spline, cleaned.points, cleaned.closed))
     said = {"points read": str(len(points)), "repeats dropped": str(len(cleaned.dropped)), "method": method}
     return curves, said | summary(curves)

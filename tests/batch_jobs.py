@@ -37,3 +37,11 @@ def log(task):
     time.sleep(seconds)
     (Path(folder) / f"{k}-{os.getpid()}").touch()
     return k
+
+
+def alive(pid):
+    """Whether there is such a process, and not what is left of one that nobody waits for."""
+    try:
+        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except FileNotFoundError:
+        return False

@@ -19,7 +19,7 @@ import pytest
 import cadfit
 from cadfit.workers import outcomes
 
-from batch_jobs import job, log
+from batch_jobs import alive, job, log
 from corpus_data import FOLDER, PRESENT, curves, turn
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -250,13 +250,6 @@ def test_a_script_without_its_guard_is_told_so(tmp_path):
     assert child.returncode == 1
     assert "RuntimeError: worker processes end as they start" in err
     assert out == ""
-
-
-def alive(pid):
-    try:
-        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
-    except FileNotFoundError:
-        return False
 
 
 @pytest.mark.slow

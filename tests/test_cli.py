@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import trimesh
 import cadfit
 from cadfit.cli import main
 from cadfit.files import read, write
+
+from batch_jobs import alive
 
 HELIX = np.stack([10 * np.cos(t := np.linspace(0, 6, 40)), 10 * np.sin(t), 2 * t], axis=1)
 HEAVY = ["OCP", "trimesh", "matplotlib", "build123d", "cadquery"]
@@ -201,7 +204,7 @@ MISTAKES = {
     "no folder": (["fit", "helix.csv", "-o", "none/a.json"], "none/a.json: No such file or directory"),
     "onto itself": (["fit", "helix.csv", "-o", "./helix.csv"], "helix.csv: the output would replace the input"),
     "no output": (["fit", "helix.csv"], "Missing option"),
-    "no input": (["fit"], "Missing argument 'IN'"),
+    "no input": (["fit"], "Missing argument 'IN...'"),
     "method": (["fit", "helix.csv", "-o", "a.json", "--method", "best"], "Invalid value for '--method'"),
     "tension of local": (
         ["fit", "helix.csv", "-o", "a.json", "--method", "local", "--tension", "1"],
@@ -352,3 +355,131 @@ def test_mistakes_with_dominant_points(run, options, message):
 
 def test_tube_takes_no_dominant_points(run):
     assert run("tube", "helix.csv", "--radius", "1", "--method", "dominant", "-o", "tube.stl")[0] == 2
+
+
+WAVES = {name: np.column_stack([t := np.linspace(0, 5, 60), np.sin(k * t)]) for k, name in enumerate("abc", 1)}
+
+
+@pytest.fixture
+def waves(here):
+    for name, points in WAVES.items():
+        write(f"{name}.csv", points)
+
+
+def test_fit_of_several_files_into_a_folder(run, waves):
+    spoil("bad.csv", b"1,2\n3,two\n")
+    files = ["a.csv", "bad.csv", "b.csv", "none.csv", "c.csv"]
+    options = ["-t", "0.01", "--effort", "fast", "--jobs", "1", "--format", "json", "--format", ".CSV"]
+    status, out, err = run("fit", *files, "-o", "new/out/", *options, "--summary", "sum.csv")
+    assert status == 1
+    assert sorted(os.listdir("new/out")) == ["a.csv", "a.json", "b.csv", "b.json", "c.csv", "c.json"]
+    for name, points in WAVES.items():
+        [curve] = read(f"new/out/{name}.json").curves
+        assert curve.isclose(cadfit.fit(points, 0.01, effort="fast").spline, 0.0)
+        assert np.array_equal(read(f"new/out/{name}.csv"), curve.poles)
+    assert [line.split()[:2] for line in out.splitlines()[1:]] == [["a.csv", "60"], ["b.csv", "60"], ["c.csv", "60"]]
+    assert err.splitlines() == [
+        "cadfit: 2 of 5 failed:",
+        "cadfit: bad.csv: line 2: 'two' is not a number in '3,two'",
+        "cadfit: none.csv: No such file or directory",
+    ]
+    table = [line.split(",", 1)[0] for line in (here_text("sum.csv")).splitlines()]
+    assert table == ["name", *files]
+
+
+def here_text(name):
+    with open(name, encoding="utf-8") as file:
+        return file.read()
+
+
+def test_one_file_into_a_folder_and_stages_on_request(run, waves):
+    assert run("fit", "a.csv", "-o", "out/", "--format", "json", "-q") == (0, "", "")
+    assert os.listdir("out") == ["a.json"]
+    status, out, err = run("fit", "b.csv", "-o", "out", "--format", "json", "-t", "0.01", "-v")
+    assert status == 0
+    assert out.splitlines()[-1] == f"wrote {os.path.join('out', 'b.json')}"
+    stages = {line[13:]: float(line[:9]) for line in err.splitlines()}
+    assert {"reading", "finding corners", "taking spans away", "bounding the deviation", "writing"} < set(stages)
+    assert sum(stages.values()) == pytest.approx(2 * stages["all"], abs=0.01)
+    _, _, err = run("fit", "a.csv", "c.csv", "-o", "out", "--format", "json", "-t", "0.01", "-v", "--jobs", "1", "-q")
+    assert {"reading", "taking spans away", "writing"} < {line[13:] for line in err.splitlines()}
+
+
+def test_writing_that_fails_stops_no_other_file(run, waves):
+    os.makedirs("out/b.json")
+    status, _, err = run("fit", "a.csv", "b.csv", "c.csv", "-o", "out", "--format", "json", "--jobs", "1")
+    assert status == 1
+    assert sorted(os.listdir("out")) == ["a.json", "b.json", "c.json"]
+    assert err.splitlines()[1] == f"cadfit: b.csv: {os.path.join('out', 'b.json')}: Is a directory"
+
+
+SEVERAL = {
+    "to a file": (["-o", "a.json"], "a.json: several files need a folder to go to, such as out/"),
+    "twice": (["a.csv", "-o", "out"], "a.csv: given twice"),
+    "one name": (["old/a.csv", "-o", "out", "--format", "json"], "{old/a.csv} and a.csv would both be written to"),
+    "one name in capitals": (["A.csv", "-o", "out", "--format", "json"], "A.csv and a.csv would both be written to"),
+    "over an input": (["-o", ".", "--format", "csv"], "a.csv: the output would replace an input"),
+    "to both": (["-o", "out/", "-o", "a.json"], "a.json: a file, where out is a folder"),
+    "format": (["-o", "out", "--format", "stl"], "{out/a.stl}: .stl does not hold curves"),
+    "options": (["-o", "out", "--tension", "1", "-t", "1"], "--tension cannot go with --method tolerance"),
+    "corners": (["-o", "out", "--corners", "x", "-t", "1"], "--corners must be auto"),
+    "jobs": (["-o", "out", "--jobs", "0"], "Invalid value for '-j'"),
+    "summary": (["-o", "out", "--format", "json", "--summary", "a.txt"], "a.txt: the summary is a .csv"),
+    "summary over input": (["-o", "out", "--format", "json", "--summary", "b.csv"], "b.csv: the summary would replace"),
+    "summary nowhere": (["-o", "o", "--format", "json", "--summary", "x/s.csv"], "x: no such folder for the summary"),
+}
+
+
+@pytest.mark.parametrize("case", SEVERAL)
+def test_mistakes_with_several_files(run, waves, case):
+    os.mkdir("old")
+    before = sorted(os.listdir())
+    arguments, expected = SEVERAL[case]
+    status, out, err = run("fit", "a.csv", "b.csv", *arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("cadfit: " + expected.replace("{", "").replace("}", "").replace("/a.stl", f"{os.sep}a.stl"))
+    assert [name for name in sorted(os.listdir()) if name != "o"] == before
+
+
+@pytest.mark.parametrize("option", [["--jobs", "2"], ["--summary", "s.csv"]])
+def test_options_for_several_files_alone(run, option):
+    assert run("fit", "helix.csv", "-o", "a.json", *option)[::2] == (
+        2,
+        "cadfit: helix.csv: --jobs and --summary are for several files\n",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="needs /proc")
+@pytest.mark.parametrize("to_all", [False, True])
+def test_ctrl_c_with_several_processes(here, to_all):
+    t = np.linspace(0, 60, 1500)
+    for k in range(8):
+        write(f"{k}.csv", np.column_stack([t, np.sin((4 + k) * t)]))
+    arguments = [sys.executable, "-m", "cadfit.cli", "fit", *(f"{k}.csv" for k in range(8)), "-o", "out"]
+    child = subprocess.Popen(
+        [*arguments, "--format", "json", "-t", "1e-4", "--jobs", "2"],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    end = time.monotonic() + 60
+    while time.monotonic() < end and len(workers := children(child.pid)) < 2:
+        time.sleep(0.02)
+    assert len(workers) >= 2
+    time.sleep(0.1)
+    (os.killpg if to_all else os.kill)(child.pid, signal.SIGINT)
+    out, err = child.communicate(timeout=60)
+    assert (child.returncode, out, err) == (130, "", "")
+    end = time.monotonic() + 10
+    while any(map(alive, workers)) and time.monotonic() < end:  # what watches over the processes ends after them
+        time.sleep(0.02)
+    assert not any(map(alive, workers))
+    assert [name for name in os.listdir("out") if not name.endswith(".json") or name.startswith(".")] == []
+
+
+def children(pid):
+    """The processes that a process has started."""
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children") as file:
+            return [int(each) for each in file.read().split()]
+    except FileNotFoundError:
+        return []

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from cadfit.commands.many import check_all, fit_all, placed
 from cadfit.commands.options import (
     BetweenPoints,
     Closed,
     Corners,
     Curvature,
+    Formats,
     Fraction,
     HowLong,
     HowTo,
-    In,
+    Ins,
     InUnit,
-    Out,
+    Jobs,
+    Outs,
     Quiet,
     SquareError,
+    Summary,
     Tension,
     Unit,
+    Verbose,
     Within,
 )
-from cadfit.commands.terminal import about, busy, check, report, write_all
+from cadfit.commands.terminal import Mistake, about, busy, check, report, timed, write_all
 
 
 def fit(
-    source: In,
-    output: Out,
+    source: Ins,
+    output: Outs,
     tolerance: Within = None,
     between: BetweenPoints = None,
     corners: Corners = None,
@@ -36,16 +43,38 @@ def fit(
     square_error: SquareError = None,
     closed: Closed = None,
     unit: InUnit = Unit.mm,
+    file_format: Formats = None,
+    jobs: Jobs = None,
+    summary: Summary = None,
     quiet: Quiet = False,
-) -> None:
-    """Fit B-splines to points, within a tolerance or through all, and write them to .step .stp .brep .json .csv."""
+    verbose: Verbose = False,
+) -> int:
+    """Fit B-splines to points, within a tolerance or through all, and write them to .step .stp .brep .json .csv.
+
+    Several files are fitted at once into a folder: cadfit fit *.csv -o out/ -t 0.01; the exit status is 1 if some
+    of them failed.
+    """
     from cadfit.files import read
     from cadfit.methods import How, made
 
     how = How(method, closed, tension, curvature, tolerance, between, corners, effort, fraction, square_error)
-    with busy(f"fitting {source}", quiet) as progress:
-        check(source, output, "curves")
-        with about(source):
-            curves, said = made(read(source), how, progress)
-        write_all(source, output, "curves", curves.dimension, curves, unit)
-    report(str(source), said, output, quiet)
+    targets = placed(source, output, file_format)
+    if len(source) > 1:
+        assert targets is not None
+        how.check()
+        check_all(source, targets, summary)
+        return fit_all(source, targets, how, jobs=jobs, unit=unit, summary=summary, quiet=quiet, verbose=verbose)
+    if summary is not None or jobs is not None:
+        raise Mistake(f"{source[0]}: --jobs and --summary are for several files")
+    [only] = source
+    paths = [Path(each) for each in output] if targets is None else targets[0]
+    with timed(verbose):
+        with busy(f"fitting {only}", quiet) as progress:
+            check(only, paths, "curves")
+            if targets is not None:
+                check_all(source, targets, None)
+            with about(only):
+                curves, said = made(read(only), how, progress)
+            write_all(only, paths, "curves", curves.dimension, curves, unit)
+        report(str(only), said, paths, quiet)
+    return 0

@@ -49,6 +49,22 @@ In = Annotated[
     Path, typer.Argument(metavar="IN", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False)
 ]
 Out = Annotated[list[Path], typer.Option("-o", "--output", help="Where to; may be given several times.")]
+Ins = Annotated[
+    list[Path],
+    typer.Argument(metavar="IN...", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False),
+]
+Outs = Annotated[
+    list[str],
+    typer.Option("-o", "--output", help="Where to: a file, or a folder (out/); may be given several times."),
+]
+Formats = Annotated[
+    list[str] | None,
+    typer.Option("--format", help="In a folder: the files' suffix; may be given several times.  [step]"),
+]
+Jobs = Annotated[
+    int | None, typer.Option("-j", "--jobs", min=1, help="Several files: how many at a time.  [the processors]")
+]
+Summary = Annotated[Path | None, typer.Option(help="Several files: where to write the table, as .csv.")]
 HowTo = Annotated[
     Method | None,
     typer.Option("--method", help="Default: what the other options ask for, else local: through all points."),
@@ -76,3 +92,4 @@ Closed = Annotated[
 ]
 InUnit = Annotated[Unit, typer.Option(help="The unit of the coordinates, for STEP.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors and warnings.")]
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print the stages and their times.")]

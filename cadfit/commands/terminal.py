@@ -56,18 +56,47 @@ def about(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def busy(what: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
-    """Show a bar on a terminal while the block runs; give what moves it, from 0 to 1. It pulses until that is used."""
+def busy(what: str, quiet: bool, count: int | None = None) -> Iterator[Callable[[float], None] | None]:
+    """Show a bar on a terminal while the block runs; give what moves it, from 0 to 1. It pulses until that is used.
+
+    With `count` it tells how many of so many are done.
+    """
     if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
     from rich.markup import escape
-    from rich.progress import Progress
+    from rich.progress import MofNCompleteColumn, Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(escape(what), total=None)
-        yield lambda part: progress.update(task, total=1.0, completed=part)
+    columns = [*Progress.get_default_columns(), *([MofNCompleteColumn()] if count else [])]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task, total = progress.add_task(escape(what), total=None), count or 1
+        yield lambda part: progress.update(task, total=total, completed=part * total)
+
+
+@contextmanager
+def timed(verbose: bool) -> Iterator[None]:
+    """Print to stderr how long the stages of the block took, where `verbose`."""
+    if not verbose:
+        yield
+        return
+    from time import perf_counter
+
+    from cadfit.stages import times
+
+    start = perf_counter()
+    with times() as found:
+        try:
+            yield
+        finally:
+            whole = perf_counter() - start
+            say_times(found | {"other": whole - sum(found.values()), "all": whole})
+
+
+def say_times(found: dict[str, float]) -> None:
+    """Print seconds by name to stderr."""
+    for name, seconds in found.items():
+        print(f"{seconds:9.3f} s  {name}", file=sys.stderr)
 
 
 def report(title: str, facts: dict[str, str], written: list[Path], quiet: bool) -> None:

@@ -17,6 +17,7 @@ from cadfit.bspline import BSpline
 from cadfit.files.curves import Curves as Curves
 from cadfit.files.table import as_table
 from cadfit.replacing import replacing
+from cadfit.stages import stage
 
 Kind = Literal["points", "curves", "mesh"]
 
@@ -69,7 +70,8 @@ def read(path: str | os.PathLike[str], unit: str = "mm") -> Any:
     form = _format(path)
     if not path.exists():  # before a kernel or a mesh library says so in its own words
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
-    return import_module(f"cadfit.files.{form.module}").read(path, unit)
+    with stage("reading"):
+        return import_module(f"cadfit.files.{form.module}").read(path, unit)
 
 
 def write(path: str | os.PathLike[str], result: Any, unit: str = "mm") -> None:
@@ -94,7 +96,7 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm") -> None:
     kind, result = _sorted_out(result, str(path))
     check(path, kind, result.shape[1] if kind == "points" else result.dimension if kind == "curves" else 3)
     module = import_module(f"cadfit.files.{FORMATS[path.suffix.lower()].module}")
-    with replacing(path) as beside:
+    with stage("writing"), replacing(path) as beside:
         try:
             module.write(beside, result, unit)
         except ValueError as error:

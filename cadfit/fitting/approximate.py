@@ -14,6 +14,7 @@ from cadfit.fitting.result import Fit
 from cadfit.fitting.stretch import Progress, fit_stretch
 from cadfit.points.clean import clean
 from cadfit.points.corners import find_corners
+from cadfit.stages import stage
 
 Between = Literal["curve", "polyline"]
 Effort = Literal["fast", "best"]
@@ -61,14 +62,16 @@ def fit(
     (True, True, True)
     """
     check_choices(between, effort)
-    cleaned = clean(points, closed)
+    with stage("cleaning the points"):
+        cleaned = clean(points, closed)
     given = cleaned.points
     least = smallest_tolerance(given)
     if not tolerance >= least or not np.isfinite(tolerance):
         raise ValueError(f"the tolerance must be at least {least:.3g} for points of this size, not {tolerance}")
     weight = _weights(weights, len(np.asarray(points)))[cleaned.kept]
     tangents = _tangents(end_tangents, given, cleaned.closed)
-    at = _corners(corners, given, tolerance, cleaned.closed, between == "polyline", cleaned.kept)
+    with stage("finding corners"):
+        at = _corners(corners, given, tolerance, cleaned.closed, between == "polyline", cleaned.kept)
     stretches = _stretches(len(given), at, cleaned.closed)
     smooth, polyline, best = cleaned.closed and not len(at), between == "polyline", effort == "best"
     curves, parameters, start = [], np.zeros(len(given)), 0.0

@@ -14,6 +14,7 @@ from cadfit.fitting.feet import feet, foot_steps, within
 from cadfit.fitting.matching import blocks, distances
 from cadfit.fitting.relax import Trial
 from cadfit.fitting.targets import BULGE, Targets, bulges, cardinal_chain, straight_chain, targets, with_samples
+from cadfit.stages import stage
 
 _FEET = 2  # Newton steps toward the foot points of those not fitted
 SURER = 0.97  # of the tolerance, for some of the points: so the others keep it sooner
@@ -81,6 +82,7 @@ class Check:
         return float(self.error.max()) <= 1.0 and not len(self.straying)
 
 
+@stage("checking the promise")
 def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
     """Return what of the stretch the trial, fitted to some of its points, does not hold.
 

@@ -15,6 +15,7 @@ from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bou
 from cadfit.fitting.matching import blocks, distances, match
 from cadfit.joining import join
 from cadfit.points.clean import as_contour
+from cadfit.stages import stage
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
 _TIGHT = 5e-4  # a bound is refined until it is within this of a distance that occurs
@@ -75,6 +76,7 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     return _bounds(spline, contour, gap, u, gap, opening + seam, repeated=1)
 
 
+@stage("bounding the deviation")
 def deviation_at(curves: Sequence[BSpline], points: Array, u: Array, closed: bool) -> Deviation:
     """Return `deviation` for points (n, d) whose parameters u (n,) are known, and rise; with `closed`, but for a step.
 

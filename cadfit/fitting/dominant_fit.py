@@ -13,6 +13,7 @@ from cadfit.fitting.dominant import Method, dominant_points
 from cadfit.fitting.matching import match
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import clean
+from cadfit.stages import stage
 
 
 def fit_dominant(
@@ -46,7 +47,8 @@ def fit_dominant(
     """
     cleaned = clean(points, closed)
     given = cleaned.points
-    rows = dominant_points(given, count, fraction, square_error, cleaned.closed, method).indices
+    with stage("choosing dominant points"):
+        rows = dominant_points(given, count, fraction, square_error, cleaned.closed, method).indices
     chosen = given[rows]
     start = 0
     if cleaned.closed:  # not where two dominant points are equal: the seam would take them for one

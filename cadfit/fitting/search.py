@@ -12,12 +12,14 @@ from cadfit.fitting.relax import Trial, relax, start
 from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
+from cadfit.stages import stage
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 
 
+@stage("adding spans until it holds")
 def grow(goal: Targets, knots: Array, u: Array) -> Trial:
     """Return a trial that meets the targets, with knots added where it did not."""
     dense = False
@@ -65,6 +67,7 @@ def _bisected(trial: Trial) -> Array:
     return np.unique(np.concatenate(new))
 
 
+@stage("taking spans away")
 def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float) -> Trial:
     """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
 
