@@ -15,6 +15,7 @@ import typer
 from cadfit.commands.fit import fit
 from cadfit.commands.info import info
 from cadfit.commands.terminal import Mistake, say
+from cadfit.commands.toolpath import toolpath
 from cadfit.commands.tube import tube
 
 app = typer.Typer(
@@ -67,7 +68,7 @@ def _top(
         print(context.get_help())
 
 
-for command in (fit, tube, info):
+for command in (fit, tube, info, toolpath):
     app.command()(command)
 
 if __name__ == "__main__":

@@ -1,0 +1,197 @@
+"""A program read line by line, its cutting moves refitted run by run, the rest written as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import dist, inf, pi, radians
+from os import PathLike
+from pathlib import Path
+from typing import IO
+
+from cadfit.replacing import replacing
+from cadfit.toolpaths.biarcs import Rules
+from cadfit.toolpaths.machine import Machine, Move
+from cadfit.toolpaths.runs import Cut, Run, fitted
+from cadfit.toolpaths.words import Block, parse, refuse
+from cadfit.toolpaths.writing import Writer, end_of_line
+
+_LONGEST_LINE = 10_000  # characters
+_LARGEST_RADIUS = 1e4  # millimetres; what is flatter becomes a line
+_REPORT_EVERY = 4096  # lines
+
+_State = tuple[int | None, int]  # motion and plane
+
+
+@dataclass(slots=True)
+class Summary:
+    """What was done. Lengths in millimetres, whatever the program's unit; pairs are before and after.
+
+    `moves`, `length`: cutting moves, and how long they are together. `runs`: stretches that may be refitted, and those
+    that were. `deviation`: a bound on how far the new moves are from the old, both ways. `kept`: (line, word) of what
+    was not understood and left as it was.
+    """
+
+    lines: list[int] = field(default_factory=lambda: [0, 0])
+    bytes: list[int] = field(default_factory=lambda: [0, 0])
+    moves: list[int] = field(default_factory=lambda: [0, 0])
+    length: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    runs: list[int] = field(default_factory=lambda: [0, 0])
+    deviation: float = 0.0
+    arcs: int = 0
+    smallest_radius: float = inf
+    kept: list[tuple[int, str]] = field(default_factory=list)
+
+
+def refit(
+    source: str | PathLike[str],
+    target: str | PathLike[str],
+    tolerance: float,
+    *,
+    corner: float = radians(35.0),
+    decimals: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Summary:
+    """Write a program of G-code with its cutting moves refitted by lines and arcs within a tolerance.
+
+    `tolerance`: a length in millimetres; the new path is within it of the old everywhere, and the old of the new, as
+    written, rounding included. `corner`: turns of more than this (radians) are kept. `decimals` of coordinates: 4, or
+    in inches 5. Lines of anything but plain cuts are written as they are, with the modes as they were before each.
+    `progress` is called with the part that is done, from 0 to 1.
+
+    Raises ValueError naming the line for a file that is no G-code, contradicts itself, or has macros; then, and when
+    writing fails, what was at `target` is as it was.
+    """
+    if not 0.0 < tolerance < inf:
+        raise ValueError(f"the tolerance must be a positive length, not {tolerance}")
+    if not 0.0 < corner <= pi:
+        raise ValueError(f"the angle of a corner must be above 0 and at most pi, not {corner}")
+    if decimals is not None and not 1 <= decimals <= 9:
+        raise ValueError(f"decimals must be 1 to 9, not {decimals}")
+    path = Path(source)
+    with path.open("rb") as program, replacing(Path(target)) as beside, beside.open("wb") as out:
+        job = _Job(out, tolerance, corner, decimals)
+        size = max(path.stat().st_size, 1)
+        for block in _blocks(program):
+            job.take(block)
+            if progress is not None and block.line % _REPORT_EVERY == 0:
+                progress(min(job.summary.bytes[0] / size, 1.0))
+        job.flush()
+        job.summary.kept = job.machine.unknown
+    return job.summary
+
+
+def _blocks(program: IO[bytes]) -> Iterator[Block]:
+    """Read lines; a program that % opens must be closed by another."""
+    marks, line = 0, 0
+    while raw := program.readline(_LONGEST_LINE):
+        line += 1
+        if len(raw) == _LONGEST_LINE:
+            refuse(line, f"longer than {_LONGEST_LINE} characters: is this a file of G-code?")
+        block = parse(line, raw.decode("utf-8", "surrogateescape"))
+        if block.opaque and block.text.lstrip().startswith("%"):
+            marks += 1
+        yield block
+    if marks == 1:
+        refuse(line, "the file begins with % and does not end with it: it is cut short")
+
+
+class _Job:
+    """One program being rewritten."""
+
+    def __init__(self, out: IO[bytes], tolerance: float, corner: float, decimals: int | None) -> None:
+        self.out, self.tolerance, self.corner, self.decimals = out, tolerance, corner, decimals
+        self.machine, self.summary = Machine(), Summary()
+        self.run: Run | None = None
+        self.before: _State = (None, 17)  # motion and plane before the run's first line
+        self.writer = Writer()
+
+    def take(self, block: Block) -> None:
+        """Take one line: into a run, or to the output."""
+        before = (self.machine.motion, self.machine.plane)
+        move = None if self.machine.ended else self.machine.step(block)
+        self.summary.lines[0] += 1
+        self.summary.bytes[0] += len(_bytes(block.text))
+        if move is not None and move.motion > 0:
+            self.summary.moves[0] += 1
+            self.summary.length[0] += move.length * self._unit
+        if move is not None and self.run is not None and self.run.takes(block, move):
+            self.run.add(block, move)
+            return
+        self.flush()
+        run = Run(self.machine.modes, self.machine.position[3] - move.extruded) if move is not None else None
+        if move is not None and run is not None and run.takes(block, move):
+            run.add(block, move)
+            self.run, self.before = run, before
+        else:
+            self._as_it_was(block, move, before, (self.machine.motion, self.machine.plane))
+
+    def flush(self) -> None:
+        """Write what replaces the run, or its lines as they were."""
+        run, self.run = self.run, None
+        if run is None:
+            return
+        self.summary.runs[0] += 1
+        during = (run.modes.motion, run.modes.plane)
+        cuts, far = self._fitted(run)
+        if not cuts:
+            for block, move in zip(run.blocks, run.moves, strict=True):
+                self._as_it_was(block, move, self.before, during)
+                self.before = during
+            return
+        summary, inch = self.summary, 25.4 if run.modes.inches else 1.0
+        summary.runs[1] += 1
+        summary.deviation = max(summary.deviation, far * inch)
+        summary.moves[1] += len(cuts)
+        here = run.moves[0].start
+        for cut in cuts:
+            if cut.piece is not None and cut.piece.centre is not None:
+                summary.arcs += 1
+                summary.smallest_radius = min(summary.smallest_radius, cut.piece.radius * inch)
+                summary.length[1] += cut.piece.length * inch
+            else:
+                summary.length[1] += dist(here, cut.end) * inch
+            here = cut.end
+        for line in self.writer.lines(run, cuts, self._decimals(run)):
+            self._write(line)
+
+    def _fitted(self, run: Run) -> tuple[list[Cut], float]:
+        """Return moves for a run and how far they are from it; none where they are not fewer, or too far."""
+        unit = 1 / 25.4 if run.modes.inches else 1.0
+        decimals, tolerance = self._decimals(run), self.tolerance * unit
+        points, _, _ = run.vertices()
+        tick = 10.0**-decimals
+        if len(points) < 3 or tolerance <= 2.0 * tick:
+            return [], 0.0
+        rules = Rules(tick, 2.0 * tolerance, _LARGEST_RADIUS * unit, unit, decimals)
+        cuts, far = fitted(points, tolerance, self.corner, rules)
+        return (cuts, far) if len(cuts) < len(run.moves) and far <= tolerance else ([], 0.0)
+
+    def _decimals(self, run: Run) -> int:
+        return self.decimals or (5 if run.modes.inches else 4)
+
+    @property
+    def _unit(self) -> float:
+        return 25.4 if self.machine.inches else 1.0
+
+    def _as_it_was(self, block: Block, move: Move | None, before: _State, after: _State) -> None:
+        """Write an untouched line, after what it needs to find the modes as they were."""
+        if block.words:
+            needed = self.writer.restored(*before, block)
+            if needed:
+                self._write(needed + end_of_line(block.text))
+            self.writer.motion, self.writer.plane = after
+        self._write(block.text)
+        if move is not None and move.motion > 0:
+            self.summary.moves[1] += 1
+            self.summary.length[1] += move.length * self._unit
+
+    def _write(self, text: str) -> None:
+        data = _bytes(text)
+        self.out.write(data)
+        self.summary.lines[1] += 1
+        self.summary.bytes[1] += len(data)
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogateescape")

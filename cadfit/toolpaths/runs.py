@@ -1,0 +1,163 @@
+"""Runs: cutting moves that follow one another with nothing else said or changed, and what is fitted to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from cadfit.bezier import Array
+from cadfit.toolpaths.biarcs import Piece, Rules
+from cadfit.toolpaths.channel import line_deviation
+from cadfit.toolpaths.cover import cover
+from cadfit.toolpaths.machine import PLANES, Modes, Move, Place
+from cadfit.toolpaths.tangents import corners
+from cadfit.toolpaths.words import Block
+
+LONGEST = 20_000  # moves: a longer run is cut, so that memory is bounded
+_EVEN = 0.02  # how much of its mean the extrusion for a length may vary within a run ...
+_LAST_DIGIT = 2e-5  # ... beyond what rounding does
+
+
+class Cut(NamedTuple):
+    """A move in place of those up to vertex `row` of its run: to `end`, along `piece` in `plane` (0: straight).
+
+    `share`: of the way from the vertex before to that vertex, where several moves are put in its place.
+    """
+
+    row: int
+    end: Place
+    plane: int = 0
+    piece: Piece | None = None
+    share: float = 1.0
+
+
+@dataclass(slots=True)
+class Run:
+    """Moves that may be replaced together, with their lines; `modes` during it, `extruder`: where E was before it."""
+
+    modes: Modes
+    extruder: float
+    blocks: list[Block] = field(default_factory=list)
+    moves: list[Move] = field(default_factory=list)
+    extruded: float = 0.0
+    length: float = 0.0
+
+    def takes(self, block: Block, move: Move) -> bool:
+        """Return whether a move may join: one that says and changes nothing but the place."""
+        length = hypot(*(b - a for a, b in zip(move.start, move.end, strict=True)))
+        if not move.joins or (move.extruded and not length) or _says(block.comment):
+            return False
+        if not self.moves:
+            return True
+        first, comment = self.moves[0], self.blocks[0].comment
+        if move.feed != first.feed or block.comment != comment or len(self.moves) >= LONGEST:
+            return False
+        if not length or not self.length:
+            return True
+        rate = self.extruded / self.length
+        return bool(abs(move.extruded - rate * length) <= _EVEN * abs(rate) * length + _LAST_DIGIT * bool(rate))
+
+    def add(self, block: Block, move: Move) -> None:
+        """Put a move at the end."""
+        self.blocks.append(block)
+        self.moves.append(move)
+        self.extruded += move.extruded
+        self.length += hypot(*(b - a for a, b in zip(move.start, move.end, strict=True)))
+
+    def vertices(self) -> tuple[Array, Array, list[int]]:
+        """Return the vertices (n, 3) without repeats, the extruded lengths there (n,), and the moves that end there."""
+        places, extruded, ends, total = [self.moves[0].start], [0.0], [-1], 0.0
+        for k, move in enumerate(self.moves):
+            total += move.extruded
+            if move.end != places[-1]:
+                places.append(move.end)
+                extruded.append(total)
+                ends.append(k)
+        return np.array(places), np.array(extruded), ends
+
+
+def _says(comment: str) -> bool:
+    """Whether a comment does something, as (MSG, ...) does."""
+    return comment[:1] == "(" and comment[1:].lstrip().upper().startswith(
+        ("MSG", "PRINT", "DEBUG", "LOG", "PROBE", "AX")
+    )
+
+
+def fitted(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple[list[Cut], float]:
+    """Return moves along the path of points (n, 3) within the tolerance, and a bound on how far they are from it.
+
+    The path is split at corners (turns of more than `angle`, radians) and where its plane changes; what is in none of
+    the planes of arcs gets lines.
+    """
+    room = tolerance - rules.tick  # what rounding an axis that stands still may take
+    last = len(points) - 1
+    cuts: list[Cut] = []
+    worst, start = 0.0, 0
+    for end in [*corners(points, tolerance, angle).tolist(), last]:
+        while start < end:
+            plane, stop = _in_plane(points, start, end)
+            exact = (start == 0, stop == last)
+            part = points[start : stop + 1]
+            found, far = (
+                _flat(part, plane, room, rules, tolerance, exact) if plane else _straight(part, room, rules, exact)
+            )
+            cuts += [cut._replace(row=cut.row + start) for cut in found]
+            worst, start = max(worst, far), stop
+    return cuts, worst
+
+
+def _in_plane(points: Array, start: int, end: int) -> tuple[int, int]:
+    """Return the plane of the stretch that begins at a vertex (0: none), and the vertex where it stops."""
+    still = points[start:end] == points[start + 1 : end + 1]
+    kept = np.logical_and.accumulate(still[:, [2, 1, 0]], axis=0)
+    reach = kept.sum(axis=0)
+    best = int(np.argmax(reach))
+    if reach[best]:
+        return (17, 18, 19)[best], start + int(reach[best])
+    moving = still.any(axis=1)
+    return 0, start + (int(np.argmax(moving)) if moving.any() else len(moving))
+
+
+def _flat(
+    points: Array, plane: int, room: float, rules: Rules, tolerance: float, exact: tuple[bool, bool]
+) -> tuple[list[Cut], float]:
+    first, second = PLANES[plane]
+    third = 3 - first - second
+    cuts, worst = [], 0.0
+    for step in cover(points[:, [first, second]], room, rules, tolerance, exact):
+        worst = max(worst, step.deviation)
+        whole, along = sum(piece.length for piece in step.pieces), 0.0
+        for piece in step.pieces:
+            place = [0.0, 0.0, 0.0]
+            place[first], place[second] = piece.end
+            place[third] = float(points[step.last, third])
+            along += piece.length
+            share = 1.0 if piece is step.pieces[-1] else along / whole
+            cuts.append(Cut(step.last, (place[0], place[1], place[2]), plane, piece, share))
+    return cuts, worst
+
+
+def _straight(points: Array, room: float, rules: Rules, exact: tuple[bool, bool]) -> tuple[list[Cut], float]:
+    """Return the longest lines, one after the other, that stay within the room of points (n, 3)."""
+    written = np.round(points, rules.decimals)
+    for end, kept in zip((0, -1), exact, strict=True):
+        if kept:
+            written[end] = points[end]
+    cuts, worst, at, n = [], 0.0, 0, len(points)
+    reach = 1
+    while at < n - 1:
+        low, high, far = at + 1, n, line_deviation(points[at : at + 2], written[at], written[at + 1])
+        while high - low > 1:
+            last = min(low + reach, n - 1) if high == n else (low + high) // 2
+            tried = line_deviation(points[at : last + 1], written[at], written[last])
+            if tried <= room:
+                low, far, reach = last, tried, 2 * reach
+            else:
+                high, reach = last, max((last - at) // 2, 1)
+        worst = max(worst, far)
+        cuts.append(Cut(low, (float(written[low, 0]), float(written[low, 1]), float(written[low, 2]))))
+        at = low
+    return cuts, worst

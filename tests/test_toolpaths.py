@@ -1,0 +1,136 @@
+"""Programs of G-code read, refitted, and held to the original by a controller that shares no code."""
+
+import re
+
+import numpy as np
+import pytest
+
+from cadfit.cli import main
+from cadfit.toolpaths.refit import refit
+
+from controller import compare
+
+HEAD = "%\nO0001 (part)\nG21 G90 G17 G40 G94\nT1 M6\nS12000 M3\nG0 X0 Y0 Z5\n"
+FOOT = "M5\nM30\n%\n"
+
+
+def flower(n=400, petals=5):
+    angle = np.linspace(0, 2 * np.pi, n)
+    radius = 25 + 6 * np.cos(petals * angle)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def program(points, feed=800, letters="XY"):
+    rows = [" ".join(f"{a}{v:.4f}" for a, v in zip(letters, row, strict=True)) for row in points]
+    lines = [f"G0 {rows[0]}", "G1 Z-1.0000 F200" if "Z" not in letters else "M7"]
+    return "\n".join([*lines, f"G1 {rows[1]} F{feed}", *rows[2:], "G0 Z5", ""])
+
+
+def refitted(text, tmp_path, tolerance=0.05, **options):
+    source, target = tmp_path / "in.nc", tmp_path / "out.nc"
+    source.write_text(text)
+    done = refit(source, target, tolerance, **options)
+    out = target.read_text()
+    step = tolerance / 8
+    assert compare(text, out, step) <= np.hypot(tolerance, step / 2)
+    assert compare(text, out, step) <= np.hypot(done.deviation, step / 2) + 1e-6
+    assert done.moves[1] <= done.moves[0]
+    return out, done
+
+
+def test_a_flower_takes_few_arcs(tmp_path):
+    out, done = refitted(HEAD + program(flower()) + FOOT, tmp_path)
+    assert done.moves[0] >= 7 * done.moves[1]
+    assert done.arcs >= 10
+    assert done.smallest_radius > 1
+    assert out.startswith(HEAD)
+    assert out.endswith("G0 Z5\n" + FOOT)
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.01, 0.002])
+def test_the_bound_holds_at_any_tolerance(tmp_path, tolerance):
+    _, done = refitted(HEAD + program(flower(1000)) + FOOT, tmp_path, tolerance)
+    assert done.moves[0] > 3 * done.moves[1]
+
+
+def test_every_plane_has_its_arcs(tmp_path):
+    for letters, code in (("XZ", "G18"), ("YZ", "G19")):
+        out, done = refitted(HEAD + program(flower(), letters=letters) + FOOT, tmp_path)
+        assert done.moves[0] >= 7 * done.moves[1]
+        assert code in out
+        assert re.search(r"^G17$", out, re.M), "the plane is as it was before the untouched line after the run"
+
+
+def test_a_path_in_space_takes_lines(tmp_path):
+    t = np.linspace(0, 3, 500)
+    points = np.column_stack([20 * np.cos(t), 15 * np.sin(2 * t), 3 * np.sin(3 * t)])
+    _, done = refitted(HEAD + program(points, letters="XYZ") + FOOT, tmp_path)
+    assert done.arcs == 0
+    assert done.moves[0] > 3 * done.moves[1]
+
+
+BAD = {
+    "G1 X1e9": "exponent",
+    "G1 X1 0000000000": "beyond",
+    "G1 X\n": "no number",
+    "G2 X10 Y0 I4 J0": "do not match its centre",
+    "G2 X10 Y0 R4": "no arc of radius",
+    "G2 X10 Y0": "needs its centre",
+    "G2 X10 Y0 I5 R5": "not both",
+    "G3 X0 Y0 R5": "must end elsewhere",
+    "G2 X10 Y0 I5 K1": "no offset",
+    "G0 G1 X4": "two motions",
+    "G1 X4 X5": "twice",
+    "#1=5": "macro",
+    "G1 X#1": "macro",
+    "G1 X[1+2]": "macro",
+    "o100 sub": "macro",
+    "O7\nO8": "another program",
+    "IF [#1 GT 2] GOTO 10": "macro",
+    "M98 P1000": "not followed",
+    "G1 X3 (open": "not closed",
+    "START_PRINT BED=60": "not G-code",
+    "G1 X\x003": "0x00",
+    "L X+10 Y+20 FMAX": "not G-code",
+    "/G91": "skipped",
+    "G1.23 X1": "no G1.23",
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_a_bad_line_is_named_and_the_old_output_stays(tmp_path, line):
+    source, target = tmp_path / "in.nc", tmp_path / "out.nc"
+    source.write_text("G21\nG0 X0 Y0 Z0\n" + line + "\nG1 X5\n")
+    target.write_text("old")
+    with pytest.raises(ValueError, match=r"^line \d+: .*" + re.escape(BAD[line])):
+        refit(source, target, 0.01)
+    assert target.read_text() == "old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.nc", "out.nc"]
+
+
+@pytest.mark.parametrize(
+    "data", [b"\x7fELF\x02\x01\x01" + bytes(range(256)) * 9, b"X1 " * 9000, b"%\nG1 X1\n", b"G1 X1 (\xff"]
+)
+def test_what_is_no_program_is_refused(tmp_path, data):
+    source, target = tmp_path / "in.nc", tmp_path / "out.nc"
+    source.write_bytes(data)
+    target.write_text("old")
+    with pytest.raises(ValueError, match=r"^line \d+: "):
+        refit(source, target, 0.01)
+    assert target.read_text() == "old"
+
+
+def test_on_the_command_line(tmp_path, capsys):
+    source, target = tmp_path / "in.nc", tmp_path / "out.nc"
+    source.write_text(HEAD + "G29\n" + program(flower()) + FOOT)
+    assert main(["toolpath", str(source), "-t", "0.05", "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    for name in ("lines", "bytes", "cutting moves", "largest deviation", "arcs", "smallest radius", "length"):
+        assert re.search(rf"^{name} +\d", out, re.M), name
+    assert "G29 in line 7: left as they were" in out
+    source.write_text("G1 X0 Y0\n#2=7\n")
+    kept = target.read_text()
+    assert main(["toolpath", str(source), "-t", "0.05", "-o", str(target)]) == 2
+    assert capsys.readouterr().err.startswith(f"cadfit: {source}: line 2: ")
+    assert main(["toolpath", str(target), "-t", "0.05", "-o", str(target)]) == 2
+    assert target.read_text() == kept
