@@ -20,8 +20,8 @@ try:
 except ImportError as error:
     raise ImportError("cadfit.cadquery needs CadQuery: pip install 'cadfit[cadquery]'") from error
 
-from cadfit.cadquery.free import fit_edge, fit_wire
-from cadfit.cadquery.plugins import draw, fit_spline, register
+from cadfit.cadquery.free import fit_edge, fit_face, fit_tube, fit_wire
+from cadfit.cadquery.plugins import draw, fit_profile, fit_spline, register
 from cadfit.cadquery.shapes import from_edge, to_edge, to_face, to_wire
 from cadfit.cadquery.sketch import Sketch
 from cadfit.cadquery.workplane import Workplane
@@ -31,7 +31,10 @@ __all__ = [
     "Workplane",
     "draw",
     "fit_edge",
+    "fit_face",
+    "fit_profile",
     "fit_spline",
+    "fit_tube",
     "fit_wire",
     "from_edge",
     "register",

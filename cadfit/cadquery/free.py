@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Unpack
 
 import cadquery as cq
 
-from cadfit.cadquery.fits import FitOptions, fitted
+from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points
-from cadfit.cadquery.shapes import to_edge, to_wire
+from cadfit.cadquery.shapes import to_edge, to_face, to_wire
+from cadfit.occt import tube_solid
+from cadfit.sweeping.sweep import Law
 
 
 def fit_edge(points: Points, tolerance: float, **options: Unpack[FitOptions]) -> cq.Edge:
@@ -43,3 +46,48 @@ def fit_wire(points: Points, tolerance: float, **options: Unpack[FitOptions]) ->
     4
     """
     return to_wire(fitted(points, tolerance, **options))
+
+
+def fit_face(
+    points: Points, tolerance: float, holes: Iterable[Points] = (), **options: Unpack[ProfileOptions]
+) -> cq.Face:
+    """
+    Construct the plane face within a closed outline of points, less holes.
+
+    :param points: the outline in order, closed whether its last point repeats the first or not
+    :param tolerance: every point is within this distance of its curve
+    :param holes: the outlines of holes, each as `points`
+    :param options: `corners`, `between` and `effort`, as for :meth:`Workplane.fitSpline`
+    :raises ValueError: as :func:`fit_wire`, and where outlines cross, leave the plane or a hole is outside
+
+    >>> round(fit_face([(0, 0), (4, 0), (4, 3), (0, 3)], 0.01, between="polyline").Area(), 6)
+    12.0
+    """
+    outer, *inner = fitted_profile(points, tolerance, holes, **options)
+    return to_face(outer, inner)
+
+
+def fit_tube(
+    points: Points,
+    radius: Law,
+    tolerance: float,
+    thickness: float | None = None,
+    **options: Unpack[FitOptions],
+) -> cq.Solid:
+    """
+    Construct the solid tube along points: round, square to its path, mitred at corners, with flat ends.
+
+    :param points: the centreline in order: tuples, Vectors, Vertices or an array
+    :param radius: to the outside: a number, a function of the path's parameter, or a 1D spline
+    :param tolerance: every point is within this distance of the path, and the wall of the path's exact tube
+    :param thickness: of the wall of a hollow tube; solid where left out
+    :param options: as for :meth:`Workplane.fitSpline`
+    :raises ValueError: as :func:`fit_wire`
+    :raises cadfit.occt.KernelError: where there is no such solid, naming the place: the path bends more tightly than
+        the radius allows, say
+
+    >>> bar = fit_tube([(0, 0, 0), (0, 0, 3), (0, 0, 5)], 1.0, 0.001)
+    >>> round(bar.Volume(1e-6) / 5, 4), bar.isValid()
+    (3.1416, True)
+    """
+    return cq.Solid(tube_solid(fitted(points, tolerance, **options), radius, tolerance, thickness=thickness))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar, Unpack, cast
 
 import cadquery as cq
 
 from cadfit.bspline import BSpline
-from cadfit.cadquery.fits import FitOptions, fitted
+from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points, in_world
+from cadfit.cadquery.shapes import to_face
 from cadfit.cadquery.sketch import Sketch, sketched
-from cadfit.cadquery.workplane import Workplane, drawn
+from cadfit.cadquery.workplane import Workplane, drawn, profiled
 from cadfit.fitting.result import Fit
 from cadfit.occt.shapes import Chain, chain_of
 
@@ -31,6 +32,13 @@ class FitDrawing(Drawing, Protocol):
 
     fit: Fit
     """What is drawn: its curves, its deviation from the points, what was cleaned."""
+
+
+class ProfileDrawing(Drawing, Protocol):
+    """A drawing of a profile."""
+
+    fits: tuple[Fit, ...]
+    """What is drawn: the outline's fit, then the holes'."""
 
 
 def draw(curves: Chain, forConstruction: bool = False, makeWire: bool = False, tag: str | None = None) -> Drawing:
@@ -79,6 +87,40 @@ def fit_spline(
     return drawing
 
 
+def fit_profile(
+    points: Points,
+    tolerance: float,
+    holes: Iterable[Points] = (),
+    forConstruction: bool = False,
+    tag: str | None = None,
+    **options: Unpack[ProfileOptions],
+) -> ProfileDrawing:
+    """
+    Return what `invoke` takes to draw a closed outline and its holes: wires on a Workplane, a face in a Sketch.
+
+    :param points: the outline in order, as for :meth:`Workplane.fitProfile`
+    :param tolerance: every point is within this distance of its curve
+    :param holes: the outlines of holes, each as `points`
+    :param forConstruction: whether the wires are for reference: they do not become pending; nothing to a Sketch
+    :param tag: names the result
+    :param options: `corners`, `between` and `effort`, as for :meth:`Workplane.fitSpline`
+    :return: a function for `invoke`, with the fits made as `.fits`, the outline's before the holes'
+    :raises ValueError: as :meth:`Workplane.fitProfile`
+    """
+    outer, *inner = found = fitted_profile(points, tolerance, holes, **options)
+    face, world = to_face(outer, inner), in_world(points)
+
+    def drawing(base: Base, /) -> Base:
+        if isinstance(base, cq.Sketch):
+            return base.face(face, tag=tag)
+        made = profiled(base, face, world, forConstruction)
+        return made.tag(tag) if tag else made
+
+    whole = cast(ProfileDrawing, drawing)
+    whole.fits = found
+    return whole
+
+
 def _drawing(curves: Sequence[BSpline], world: bool, forConstruction: bool, makeWire: bool, tag: str | None) -> Drawing:
     def drawing(base: Base, /) -> Base:  # a plain function of one argument: `invoke` counts them in its code
         if isinstance(base, cq.Sketch):
@@ -97,8 +139,9 @@ def register(names: Sequence[str] | None = None) -> None:
     :raises ValueError: where either class has another method of that name, naming it, and for a name that is not
         ours; then nothing was added
 
-    `fitSpline`, `cardinalSpline` and `localSpline`. Calling it again changes nothing. Type checkers do not see methods
-    that are added; :class:`cadfit.cadquery.Workplane` and :class:`cadfit.cadquery.Sketch` have them typed.
+    They are `fitSpline`, `cardinalSpline`, `localSpline`, `fitProfile`, and for Workplane `fitTube`. Calling it again
+    changes nothing. Type checkers do not see methods that are added; our own :class:`Workplane` and :class:`Sketch`
+    have them typed.
     """
     ours = {(host, name): method for host, source in _SOURCES for name, method in _methods(source).items()}
     known = {name for _, name in ours}

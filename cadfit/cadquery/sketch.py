@@ -1,17 +1,18 @@
-"""Sketch methods: fitted splines as a sketch's edges."""
+"""Sketch methods: fitted splines as a sketch's edges, and fitted profiles as its faces."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 import cadquery as cq
 from cadquery.cq import VectorLike
+from cadquery.sketch import Modes
 
 from cadfit.bspline import BSpline
-from cadfit.cadquery.fits import fitted
+from cadfit.cadquery.fits import fitted, fitted_profile
 from cadfit.cadquery.points import Points, as_array
-from cadfit.cadquery.shapes import to_wire
+from cadfit.cadquery.shapes import to_face, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
@@ -76,6 +77,31 @@ class Sketch(cq.Sketch):
         Construct a C2 spline edge through points from local estimates; see :meth:`Workplane.localSpline`.
         """
         return sketched(self, [local_spline(as_array(pts), closed, parametrization)], tag, forConstruction)
+
+    def fitProfile(
+        self: T,
+        pts: Points,
+        tolerance: float,
+        holes: Iterable[Points] = (),
+        corners: Corners = "auto",
+        between: Between = "curve",
+        effort: Effort = "best",
+        angle: float = 0,
+        mode: Modes = "a",
+        tag: str | None = None,
+    ) -> T:
+        """
+        Construct the face within a closed outline of points, less holes, for each item selected.
+
+        :param pts: the outline in order, closed whether its last point repeats the first or not
+        :param holes: the outlines of holes, each as `pts`
+        :param angle: turns the face, in degrees
+        :param mode: how to combine: "a", "s", "i", "r" or "c", as for :meth:`polygon`
+
+        The other parameters are those of :meth:`Workplane.fitSpline`.
+        """
+        outer, *inner = fitted_profile(pts, tolerance, holes, corners=corners, between=between, effort=effort)
+        return self.face(to_face(outer, inner), angle, mode, tag)
 
 
 def sketched(base: T, curves: Sequence[BSpline], tag: str | None, forConstruction: bool) -> T:

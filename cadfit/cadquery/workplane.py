@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 import cadquery as cq
 import numpy as np
-from cadquery.cq import VectorLike
+from cadquery.cq import CombineMode, CQObject, VectorLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
+from cadfit.cadquery.fits import fitted_profile
 from cadfit.cadquery.points import Points, as_array, in_one_space, in_world
-from cadfit.cadquery.shapes import to_wire
+from cadfit.cadquery.shapes import to_face, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
-from cadfit.occt import CONFUSION
+from cadfit.occt import CONFUSION, tube_solid
 from cadfit.points.parametrize import Parametrization
+from cadfit.sweeping.sweep import Law
 
 T = TypeVar("T", bound=cq.Workplane)
 
@@ -132,6 +134,77 @@ class Workplane(cq.Workplane):
         given, world = gathered(self, points, includeCurrent)
         return drawn(self, [local_spline(given, closed, parametrization)], world, forConstruction, makeWire)
 
+    def fitProfile(
+        self: T,
+        points: Points,
+        tolerance: float,
+        holes: Iterable[Points] = (),
+        corners: Corners = "auto",
+        between: Between = "curve",
+        effort: Effort = "best",
+        forConstruction: bool = False,
+    ) -> T:
+        """
+        Draw a closed outline of points, and holes in it, for each item on the stack, ready to extrude.
+
+        :param points: the outline in order, about the item on the stack as for :meth:`rect`; closed whether the last
+            point repeats the first or not. Vertices are taken where they are, and drawn once
+        :param tolerance: every point is within this distance of its curve
+        :param holes: the outlines of holes, each as `points`
+        :param corners: as for :meth:`fitSpline`
+        :param between: as for :meth:`fitSpline`
+        :param effort: as for :meth:`fitSpline`
+        :param forConstruction: whether the wires are for reference: they do not become pending
+        :return: a Workplane with the wires on its stack, outline before holes
+        :raises ValueError: as :meth:`fitSpline`, and where outlines cross themselves or each other, leave their plane,
+            or a hole is outside, saying where
+
+        This extrudes a ring of two scanned outlines at two places::
+
+            part = Workplane().pushPoints([(0, 0), (80, 0)]).fitProfile(outer, 0.02, [inner]).extrude(3)
+        """
+        outer, *inner = fitted_profile(points, tolerance, holes, corners=corners, between=between, effort=effort)
+        return profiled(self, to_face(outer, inner), in_world(points), forConstruction)
+
+    def fitTube(
+        self: T,
+        points: Points | None,
+        radius: Law,
+        tolerance: float,
+        thickness: float | None = None,
+        closed: bool | None = None,
+        corners: Corners = "auto",
+        between: Between = "curve",
+        effort: Effort = "best",
+        includeCurrent: bool = False,
+        combine: CombineMode = True,
+        clean: bool = True,
+    ) -> T:
+        """
+        Make a tube along points (2D or 3D): round, square to its path, mitred at corners, with flat ends.
+
+        :param points: the centreline in order, as for :meth:`fitSpline`
+        :param radius: to the outside: a number, a function of the path's parameter, or a 1D spline
+        :param tolerance: every point is within this distance of the path, and the wall of the path's exact tube
+        :param thickness: of the wall of a hollow tube; solid where left out
+        :param closed: as for :meth:`fitSpline`
+        :param corners: as for :meth:`fitSpline`
+        :param between: as for :meth:`fitSpline`
+        :param effort: as for :meth:`fitSpline`
+        :param includeCurrent: use the current point as the first one
+        :param combine: True or "a" to combine the tube with parent solids if found, "cut" or "s" to remove it from
+            them, False to keep it separate
+        :param clean: call :meth:`clean` afterwards to have a clean shape
+        :return: a Workplane with the resulting solid on its stack
+        :raises ValueError: as :meth:`fitSpline`
+        :raises cadfit.occt.KernelError: where there is no such solid, naming the place: the path bends more tightly
+            than the radius allows, say
+        """
+        given, world = gathered(self, points, includeCurrent)
+        path = fit(given, tolerance, closed=closed, corners=corners, between=between, effort=effort)
+        tube = cq.Solid(tube_solid(path, radius, tolerance, thickness=thickness))
+        return self._combineWithBase(tube if world else tube.moved(self.plane.location), combine, clean)
+
 
 def gathered(base: cq.Workplane, points: Points | None, includeCurrent: bool) -> tuple[Array, bool]:
     """Return points (n, 2 or 3), and whether their coordinates are the world's instead of the workplane's."""
@@ -161,6 +234,18 @@ def drawn(base: T, curves: Sequence[BSpline], world: bool, forConstruction: bool
             for edge in edges:
                 base._addPendingEdge(edge)
     return base.newObject([wire] if makeWire else edges)
+
+
+def profiled(base: T, face: cq.Face, world: bool, forConstruction: bool) -> T:
+    """Return the workplane with a face's wires drawn at each item on the stack, or once where it is in the world."""
+    if world:
+        base = base.newObject([base.plane.origin])
+        face = face.moved(base.plane.location.inverse)
+    placed: list[CQObject] = []
+    for wire in (face.outerWire(), *face.innerWires()):
+        wire.forConstruction = forConstruction
+        placed += base.eachpoint(wire, True, clean=False).vals()  # cleaning would join edges at corners
+    return base.newObject(placed)
 
 
 def _directions(base: cq.Workplane, tangents: Sequence[VectorLike], world: bool) -> Array:

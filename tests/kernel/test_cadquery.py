@@ -14,9 +14,12 @@ from corpus_data import curves, turn
 cq = pytest.importorskip("cadquery")
 
 from OCP.BRepAdaptor import BRepAdaptor_Curve  # noqa: E402
+from OCP.BRepGProp import BRepGProp  # noqa: E402
 from OCP.GeomAbs import GeomAbs_Shape  # noqa: E402
+from OCP.GProp import GProp_GProps  # noqa: E402
 
 import cadfit.cadquery as host  # noqa: E402
+from cadfit.occt import KernelError  # noqa: E402
 
 OWN = {owner: set(dir(owner)) for owner in (cq.Workplane, cq.Sketch)}  # before any test registers
 
@@ -25,7 +28,9 @@ SQUARE = np.concatenate([a + np.linspace(0, 1, 20, endpoint=False)[:, None] * (b
 SQUARE = np.concatenate([SQUARE, SQUARE[:1]])
 OVAL = turn(60, 12.0) * [2.0, 1.0]
 WAVE = np.column_stack([np.linspace(0, 10, 41), np.sin(np.linspace(0, 5, 41))])
-NAMES = ("fitSpline", "cardinalSpline", "localSpline")
+DRAWN = ("fitSpline", "cardinalSpline", "localSpline")
+NAMES = (*DRAWN, "fitProfile", "fitTube")
+RING = np.pi * 24 * 12 * 0.75
 PLANES = ["XY", "XZ", "ZY", cq.Plane((3, -2, 7), (1, 2, 0.5), (0.3, -0.2, 1.1))]
 
 
@@ -34,10 +39,20 @@ def registered():
     """CadQuery's own classes with cadfit's methods, for one test."""
     host.register()
     yield
-    for owner in (cq.Workplane, cq.Sketch):
-        for name in NAMES:
-            if name in vars(owner):
-                delattr(owner, name)
+    unregister()
+
+
+def unregister():
+    for owner, names in OWN.items():
+        for name in set(vars(owner)) - names:
+            delattr(owner, name)
+
+
+def volume(shape):
+    """The volume, by the one of the kernel's integrations that is right on walls extruded from splines."""
+    found = GProp_GProps()
+    BRepGProp.VolumePropertiesGK_s(shape.wrapped, found, 1e-6, False, False, False, False, False)
+    return found.Mass()
 
 
 def in_plane(plane, spline):
@@ -67,7 +82,7 @@ def test_an_edge_is_the_spline_and_comes_back_to_the_last_bit(closed):
 
 
 def test_the_kernel_sees_c2_at_every_knot():
-    edge = host.fit_edge(OVAL, 0.01, closed=True)
+    edge = host.fit_edge(OVAL, 0.01, effort="fast", closed=True)
     adaptor = BRepAdaptor_Curve(edge.wrapped)
     assert adaptor.Continuity() == GeomAbs_Shape.GeomAbs_C2
     assert adaptor.NbIntervals(GeomAbs_Shape.GeomAbs_C2) == 1
@@ -99,8 +114,8 @@ def test_a_face_has_its_holes_and_the_area_between_the_curves():
 @pytest.mark.parametrize("plane", PLANES)
 def test_points_are_in_the_workplanes_coordinates(plane):
     base = host.Workplane(plane)
-    fit = cadfit.fit(WAVE, 0.01)
-    edge = base.fitSpline(WAVE, 0.01).val()
+    fit = cadfit.fit(WAVE, 0.01, effort="fast")
+    edge = base.fitSpline(WAVE, 0.01, effort="fast").val()
     assert np.abs(host.from_edge(edge).poles - in_plane(base.plane, fit.spline)).max() < 1e-13
     assert np.array_equal(host.from_edge(edge).knots, fit.spline.knots)
     local = edge.moved(base.plane.location.inverse)
@@ -121,28 +136,30 @@ KINDS = {
 
 @pytest.mark.parametrize("points", KINDS.values(), ids=KINDS)
 def test_points_of_every_kind_draw_the_same(points):
-    edge = host.Workplane("XZ").fitSpline(points, 0.01).val()
-    plain = host.Workplane("XZ").fitSpline(WAVE, 0.01).val()
+    edge = host.Workplane("XZ").fitSpline(points, 0.01, effort="fast").val()
+    plain = host.Workplane("XZ").fitSpline(WAVE, 0.01, effort="fast").val()
     assert np.abs(host.from_edge(edge).poles - host.from_edge(plain).poles).max() < 1e-12
 
 
 def test_shapes_and_the_stack_are_taken_where_they_are():
     there = [cq.Vertex.makeVertex(*p, 1.0) for p in WAVE.tolist()]
-    on_vertices = host.Workplane("YZ").fitSpline(there, 0.01).val()
-    stacked = host.Workplane("XY", origin=(0, 0, 1)).pushPoints(KINDS["tuples"]).fitSpline(None, 0.01).val()
+    on_vertices = host.Workplane("YZ").fitSpline(there, 0.01, effort="fast").val()
+    stacked = (
+        host.Workplane("XY", origin=(0, 0, 1)).pushPoints(KINDS["tuples"]).fitSpline(None, 0.01, effort="fast").val()
+    )
     for edge in (on_vertices, stacked):
         assert edge.startPoint().toTuple() == pytest.approx((0, 0, 1))
         assert edge.endPoint().toTuple() == pytest.approx((10, np.sin(5), 1))
 
 
 def test_tangents_turn_with_what_they_belong_to():
-    flat = host.Workplane("XZ").fitSpline(WAVE, 0.01, tangents=[(0, 1), (1, 0)]).val()
+    flat = host.Workplane("XZ").fitSpline(WAVE, 0.01, effort="fast", tangents=[(0, 1), (1, 0)]).val()
     assert flat.tangentAt(0).toTuple() == pytest.approx((0, 0, 1), abs=1e-9)
     assert flat.tangentAt(1).toTuple() == pytest.approx((1, 0, 0), abs=1e-9)
     there = [cq.Vertex.makeVertex(x, 0.0, z) for x, z in WAVE.tolist()]
-    placed = host.Workplane("XZ").fitSpline(there, 0.01, tangents=[(0, 1), (1, 0)]).val()
+    placed = host.Workplane("XZ").fitSpline(there, 0.01, effort="fast", tangents=[(0, 1), (1, 0)]).val()
     assert placed.tangentAt(0).toTuple() == pytest.approx((0, 0, 1), abs=1e-9)
-    rising = host.fit_edge(WAVE, 0.01, tangents=[(1, 0, 1), (1, 0, 0)])
+    rising = host.fit_edge(WAVE, 0.01, effort="fast", tangents=[(1, 0, 1), (1, 0, 0)])
     assert rising.tangentAt(0).toTuple() == pytest.approx((0.5**0.5, 0, 0.5**0.5), abs=1e-9)
 
 
@@ -150,21 +167,23 @@ def test_tangents_turn_with_what_they_belong_to():
 
 
 def test_edges_become_pending_and_close_into_a_solid():
-    oval = host.Workplane("XZ").fitSpline(OVAL, 0.01, closed=True).close().extrude(5)
+    oval = host.Workplane("XZ").fitSpline(OVAL, 0.01, effort="fast", closed=True).close().extrude(5)
     assert type(oval) is host.Workplane
     assert oval.val().isValid()
-    assert oval.val().Volume() == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
-    cornered = host.Workplane().fitSpline(SQUARE, 0.01).close().extrude(2)
-    assert cornered.val().Volume() == pytest.approx(24.0)
+    assert volume(oval.val()) == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
+    cornered = host.Workplane().fitSpline(SQUARE, 0.01, effort="fast").close().extrude(2)
+    assert volume(cornered.val()) == pytest.approx(24.0)
     assert cornered.faces().size() == 6
-    open_one = host.Workplane().fitSpline(WAVE, 0.01).lineTo(10, -3).lineTo(0, -3).close().extrude(1)
+    open_one = host.Workplane().fitSpline(WAVE, 0.01, effort="fast").lineTo(10, -3).lineTo(0, -3).close().extrude(1)
     assert open_one.val().isValid()
-    assert open_one.val().Volume() == pytest.approx(np.trapezoid(WAVE[:, 1] + 3.0, WAVE[:, 0]), abs=0.05)
+    assert volume(open_one.val()) == pytest.approx(np.trapezoid(WAVE[:, 1] + 3.0, WAVE[:, 0]), abs=0.05)
 
 
 def test_drawing_goes_on_from_the_current_point():
     ahead = WAVE[1:] + [5.0, 2.0]
-    drawn = host.Workplane("YZ").moveTo(*(WAVE[0] + [5.0, 2.0])).fitSpline(ahead, 0.01, includeCurrent=True)
+    drawn = (
+        host.Workplane("YZ").moveTo(*(WAVE[0] + [5.0, 2.0])).fitSpline(ahead, 0.01, effort="fast", includeCurrent=True)
+    )
     assert drawn.val().startPoint().toTuple() == pytest.approx((0, 5, 2))
     lifted = host.Workplane("XY").pushPoints([(0, 0, 3)]).localSpline([(1, 0), (2, 1), (3, 0)], includeCurrent=True)
     assert lifted.val().startPoint().toTuple() == pytest.approx((0, 0, 3))
@@ -172,7 +191,7 @@ def test_drawing_goes_on_from_the_current_point():
     assert shape.close().extrude(1).val().isValid()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DRAWN)
 def test_construction_and_wires_as_in_spline(name):
     extra = (0.01,) if name == "fitSpline" else ()
     edges = getattr(host.Workplane(), name)(WAVE, *extra)
@@ -198,25 +217,160 @@ def test_splines_through_points():
         assert host.from_edge(edge).nearest(np.column_stack([OVAL, 0 * OVAL[:, :1]]))[1].max() < 1e-12
 
 
+# Profiles
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_a_profile_is_drawn_at_each_point_of_the_stack(plane):
+    drawn = host.Workplane(plane).pushPoints([(0, 0), (60, 5)]).fitProfile(OVAL, 0.01, [OVAL / 2], effort="fast")
+    assert [type(each) for each in drawn.vals()] == [cq.Wire] * 4
+    assert all(wire.isValid() and wire.IsClosed() for wire in drawn.vals())
+    part = drawn.extrude(2)
+    assert part.val().isValid()
+    assert volume(part.val()) == pytest.approx(4 * RING, rel=2e-3)
+    for place, solid in zip([(0, 0), (60, 5)], part.solids().vals(), strict=True):
+        middle = drawn.plane.toLocalCoords(solid.Center())
+        assert middle.toTuple() == pytest.approx((*place, 1.0), abs=0.1)  # the kernel's centres are rough
+
+
+def test_profiles_revolve_sweep_loft_and_offset():
+    ring = host.Workplane("XZ").center(60, 0).fitProfile(OVAL, 0.01, effort="fast")
+    torus = ring.revolve(360, (-60, 0), (-60, 1)).val()
+    assert volume(torus) == pytest.approx(2 * np.pi * 60 * np.pi * 24 * 12, rel=2e-3)
+    swept = host.Workplane().fitProfile(OVAL, 0.01, [OVAL / 2], effort="fast").sweep(cq.Workplane("XZ").lineTo(0, 30))
+    assert volume(swept.val()) == pytest.approx(30 * RING, rel=2e-3)
+    lofted = (
+        host.Workplane()
+        .fitProfile(OVAL, 0.01, effort="fast")
+        .workplane(10)
+        .fitProfile(OVAL / 2, 0.01, effort="fast")
+        .loft()
+    )
+    assert lofted.val().isValid()
+    assert volume(lofted.val()) == pytest.approx(10 / 3 * np.pi * 24 * 12 * 1.75, rel=5e-3)
+    assert host.Workplane().fitProfile(OVAL, 0.01, effort="fast").offset2D(-1).extrude(1).val().isValid()
+    assert (
+        host.Workplane().rect(99, 99).extrude(5).fitProfile(SIDES, 0.01, effort="fast", between="polyline").cutThruAll()
+    )
+
+
+def test_a_profile_of_vertices_stays_where_it_is():
+    there = [cq.Vertex.makeVertex(*p, 5.0) for p in OVAL.tolist()]
+    drawn = host.Workplane("XZ", origin=(1, 2, 3)).pushPoints([(7, 7)]).fitProfile(there, 0.01, effort="fast")
+    assert drawn.size() == 1
+    assert drawn.val().Center().toTuple() == pytest.approx((0, 0, 5), abs=0.02)
+    assert drawn.ctx.pendingWires[0].Center().toTuple() == pytest.approx((0, 0, 5), abs=0.02)
+
+
+def test_profiles_for_construction_and_corners_keep_their_edges():
+    drawn = host.Workplane().fitProfile(SQUARE, 0.01, effort="fast", forConstruction=True)
+    assert drawn.ctx.pendingWires == []
+    assert drawn.val().forConstruction
+    assert len(drawn.val().Edges()) == 4
+    smooth = host.Workplane().fitProfile(OVAL, 0.01, effort="fast", corners=[0, 20, 40])
+    assert len(smooth.val().Edges()) == 3
+
+
+def test_sketches_add_cut_and_tag_profiles():
+    plate = host.Sketch().rect(100, 100).fitProfile(OVAL, 0.01, effort="fast", mode="s")
+    assert plate._faces.Area() == pytest.approx(1e4 - np.pi * 24 * 12, rel=1e-3)
+    turned = (
+        host.Sketch().push([(0, 0), (60, 0)]).fitProfile(OVAL, 0.01, [OVAL / 2], effort="fast", angle=90, tag="ring")
+    )
+    assert turned._faces.Area() == pytest.approx(2 * RING, rel=2e-3)
+    assert turned._faces.BoundingBox().ylen == pytest.approx(48, rel=1e-3)
+    assert len(turned.reset().select("ring").vals()) == 2
+    part = host.Workplane("YZ").placeSketch(turned).extrude(1)
+    assert part.val().isValid()
+
+
+def test_a_face_has_the_area_of_its_polygon():
+    x, y = OVAL.T
+    polygon = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+    around = np.linalg.norm(np.diff(np.vstack([OVAL, OVAL[:1]]), axis=0), axis=1).sum()
+    face = host.fit_face(OVAL, 0.04, between="polyline", effort="fast")
+    assert abs(face.Area() - polygon) <= 0.04 * around
+
+
+@pytest.mark.parametrize(
+    ("holes", "says"),
+    [
+        ([SIDES / 2 + 0.5, SIDES / 2 + 1], "hole 0 crosses or touches hole 1 at"),
+        ([SIDES / 2 + 100], "hole 0 is outside the outer curve"),
+        (SIDES, "hole 0: points must have the shape"),
+        ([SIDES / 2 + 0.5, [(1, 1), (2, 2)]], "hole 1: a closed curve needs at least 3"),
+    ],
+)
+def test_what_is_wrong_with_holes_is_said(holes, says):
+    for call in (host.fit_face, host.Workplane().fitProfile, host.Sketch().fitProfile, host.fit_profile):
+        with pytest.raises(ValueError, match=says):
+            call(SIDES, 0.01, holes, between="polyline", effort="fast")
+
+
+# Tubes
+
+
+HELIX = np.column_stack([8 * np.cos(np.linspace(0, 9, 90)), 8 * np.sin(np.linspace(0, 9, 90)), np.linspace(0, 20, 90)])
+
+
+@pytest.mark.parametrize("plane", PLANES[1:])
+def test_a_tube_stands_where_its_points_are(plane):
+    base = host.Workplane(plane)
+    tube = base.fitTube(HELIX, 1.5, 0.01, effort="fast").val()
+    assert tube.isValid()
+    length = cadfit.fit(HELIX, 0.01, effort="fast").spline.length()
+    assert volume(tube) == pytest.approx(np.pi * 2.25 * length, rel=1e-3)
+    start = base.plane.toWorldCoords(tuple(HELIX[0]))
+    assert cq.Vertex.makeVertex(*start.toTuple()).distance(tube) < 0.02
+
+
+def test_a_tube_joins_or_cuts_what_is_there():
+    block = host.Workplane().box(30, 30, 30)
+    whole = block.val().Volume()
+    added = block.faces(">Z").workplane().fitTube([(0, 0, 0), (0, 0, 9), (0, 0, 20)], 2.0, 0.01)
+    assert added.solids().size() == 1
+    assert volume(added.val()) == pytest.approx(whole + np.pi * 80, rel=1e-4)
+    drilled = block.fitTube([(0, 0, -30), (0, 0, 0), (0, 0, 30)], 2.0, 0.01, combine="cut")
+    assert volume(drilled.val()) == pytest.approx(whole - np.pi * 120, rel=1e-4)
+    apart = block.fitTube([(0, 0, -30), (0, 0, 0), (0, 0, 30)], 2.0, 0.01, thickness=0.5, combine=False)
+    assert volume(apart.val()) == pytest.approx(60 * np.pi * (4 - 2.25), rel=1e-4)
+    drawn = host.Workplane("YZ").lineTo(5, 0).fitTube([(9, 0), (15, 0)], 1.0, 0.01, includeCurrent=True)
+    assert volume(drawn.val()) == pytest.approx(10 * np.pi, rel=1e-4)
+    assert host.fit_tube(OVAL, 1.0, 0.01, closed=True, effort="fast").isValid()
+
+
+def test_a_tube_too_thick_for_its_path_is_an_error_that_says_where():
+    with pytest.raises(KernelError, match="bends more tightly than the profile reaches"):
+        host.fit_tube(HELIX, 20.0, 0.01, effort="fast")
+
+
 # invoke
 
 
 def test_invoke_draws_on_workplanes_and_in_sketches_and_reports_the_fit():
-    outline = host.fit_spline(OVAL, 0.01, closed=True, tag="outline")
+    outline = host.fit_spline(OVAL, 0.01, effort="fast", closed=True, tag="outline")
     assert outline.fit.deviation.points <= 0.01
     base = cq.Workplane("XZ").invoke(outline)
     assert type(base) is cq.Workplane
-    assert base.close().extrude(5).val().Volume() == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
+    assert volume(base.close().extrude(5).val()) == pytest.approx(np.pi * 24 * 12 * 5, rel=2e-3)
     assert base.edges(tag="outline").size() == 1
     sketch = cq.Sketch().invoke(outline).assemble()
     assert sketch.val().isValid()
     assert sketch._faces.Area() == pytest.approx(np.pi * 24 * 12, rel=1e-3)
+    ring = host.fit_profile(OVAL, 0.01, [OVAL / 2], effort="fast", tag="ring")
+    assert [fit.closed for fit in ring.fits] == [True, True]
+    assert cq.Workplane("YZ").invoke(ring).extrude(1).wires(tag="ring").size() == 2
+    assert cq.Sketch().invoke(ring)._faces.Area() == pytest.approx(RING, rel=2e-3)
     ready = cq.Workplane().invoke(host.draw(cadfit.local_spline(OVAL, closed=True), makeWire=True))
     assert ready.extrude(1).val().isValid()
 
 
 def test_a_sketch_takes_edges_with_a_tag_and_for_construction():
-    sketch = host.Sketch().fitSpline(SQUARE, 0.01, tag="outline").fitSpline(WAVE, 0.01, forConstruction=True)
+    sketch = (
+        host.Sketch()
+        .fitSpline(SQUARE, 0.01, effort="fast", tag="outline")
+        .fitSpline(WAVE, 0.01, effort="fast", forConstruction=True)
+    )
     assert sketch.select("outline").vals() == sketch._edges[:4]
     assert [edge.forConstruction for edge in sketch._edges] == [False] * 4 + [True]
     assert sketch.reset().assemble()._faces.Area() == pytest.approx(12.0)
@@ -234,9 +388,16 @@ def test_nothing_is_added_on_import():
 
 def test_register_adds_methods_that_chain(registered):
     host.register()  # again: nothing changes
-    part = cq.Workplane("XZ").fitSpline(OVAL, 0.01, closed=True).close().extrude(5)
+    part = cq.Workplane("XZ").fitSpline(OVAL, 0.01, effort="fast", closed=True).close().extrude(5)
     assert type(part) is cq.Workplane
-    assert part.faces("<Y").workplane().sketch().fitSpline(OVAL / 2, 0.01, closed=True).assemble().finalize()
+    assert (
+        part.faces("<Y")
+        .workplane()
+        .sketch()
+        .fitSpline(OVAL / 2, 0.01, effort="fast", closed=True)
+        .assemble()
+        .finalize()
+    )
     assert cq.Workplane().localSpline(WAVE).cardinalSpline(WAVE).size() == 1
 
 
@@ -251,9 +412,7 @@ def test_register_never_replaces_a_method(monkeypatch):
 
 
 def test_register_takes_a_choice(registered):
-    for owner in (cq.Workplane, cq.Sketch):
-        for name in NAMES:
-            delattr(owner, name)
+    unregister()
     host.register(["fitSpline"])
     assert hasattr(cq.Workplane, "fitSpline")
     assert not hasattr(cq.Workplane, "localSpline")
@@ -282,7 +441,7 @@ def test_what_is_wrong_is_a_value_error_everywhere(points, tolerance, says):
 
 def test_corners_make_no_single_edge():
     with pytest.raises(ValueError, match="4 curves, split at corners"):
-        host.fit_edge(SQUARE, 0.01, corners="auto")
+        host.fit_edge(SQUARE, 0.01, effort="fast", corners="auto")
 
 
 def test_without_cadquery_the_message_names_the_extra(monkeypatch):
