@@ -2,6 +2,7 @@
 # make test    set everything up, run every test
 # make check   the fast loop: format, lint, types, import directions, quick unit tests (core environment)
 # make bench   the benchmark tables of the README
+# make docs    the site of docs/, in out/site
 
 PYTHON ?= python3
 export UV_PYTHON_DOWNLOADS = never
@@ -10,13 +11,14 @@ export UV_PYTHON_DOWNLOADS = never
 CORE := .venv
 B123D := .venv-build123d
 CQ := .venv-cadquery
+DOCS := .venv-docs
 
-.PHONY: demo test check format bench clean
+.PHONY: demo test check format bench docs clean
 
 demo: $(B123D)/ready
 	$(B123D)/bin/python examples/demo.py
 
-test: check $(B123D)/ready $(CQ)/ready
+test: check docs $(B123D)/ready $(CQ)/ready
 	$(CORE)/bin/python -m pytest -n auto -m slow tests
 	$(CORE)/bin/python -m pytest examples
 	$(B123D)/bin/python -m pytest -n auto tests cadfit examples
@@ -33,6 +35,9 @@ format: $(CORE)/ready
 	$(CORE)/bin/ruff check --fix .
 	$(CORE)/bin/ruff format .
 
+docs: $(DOCS)/ready
+	PYTHONPATH=tools $(DOCS)/bin/python -m zensical build --clean --strict
+
 bench: $(B123D)/ready $(CQ)/ready
 	$(B123D)/bin/python benchmarks/run.py
 
@@ -43,12 +48,13 @@ UV := $(shell command -v uv || echo .venv-uv/bin/uv)
 	$(PYTHON) -m venv .venv-uv
 	.venv-uv/bin/python -m pip install --quiet uv
 
-$(CORE)/ready: EXTRAS := .
+$(CORE)/ready $(DOCS)/ready: EXTRAS := .
 $(CORE)/ready: GROUPS := --group test --group lint
 $(B123D)/ready: EXTRAS := .[build123d,plot]
 $(CQ)/ready: EXTRAS := .[cadquery,plot]
 $(B123D)/ready: GROUPS := --group test --group bench
 $(CQ)/ready: GROUPS := --group test
+$(DOCS)/ready: GROUPS := --group docs
 
 %/ready: pyproject.toml | $(UV)
 	$(UV) venv --quiet --clear --python $(PYTHON) $*

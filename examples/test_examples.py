@@ -185,6 +185,20 @@ def test_paper_experiments(tmp_path):
     assert shows(tmp_path / "paper_5.png", BLUE, 1000)
 
 
+def test_guide(tmp_path):
+    found = example("guide")(tmp_path)
+    assert found["guide_airfoil"] <= 15
+    assert found["guide_scan"][0] > 20 * found["guide_scan"][1]
+    assert found["guide_corners"] == 6
+    above = np.array(found["how_bound"]) - 1.0
+    assert np.all(above > 0.0)
+    assert above[-1] < 0.01
+    assert np.all(np.diff(above) < 0.0)
+    for name, colour in {"guide_airfoil": BLUE, "guide_scan": VERMILION, "how_bound": BLUE}.items():
+        assert shows(tmp_path / f"{name}.png", colour, 500)
+    assert shows(tmp_path / "guide_corners.png", VERMILION, 100)
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in HERE.glob("*.py")} - {Path(__file__).stem} <= tested
