@@ -25,6 +25,19 @@ def run(text, step=0.01):
     feed = speed = None
     events = []
     for row, line in enumerate(text.splitlines(), 1):
+        if "PO[" in line:
+            motion = "POLY"
+            start = np.array([at[axis] for axis in "XYZ"])
+            poles = np.array([start] * 4)
+            for axis, inside in re.findall(r"PO\[([XYZ])\]=\(([^)]*)\)", line):
+                end, square, cube = (float(value) for value in inside.split(","))
+                k, a = "XYZ".index(axis), at[axis]
+                first = end - a - square - cube
+                poles[1:, k] = a + first / 3, a + 2 * first / 3 + square / 3, end
+                at[axis] = end
+            feed = float(re.search(r"F([0-9.]+)", line).group(1)) if "F" in line else feed
+            events.append(("move", (feed, speed, ()), bezier(poles, step / unit) * unit, 0.0))
+            continue
         bare = re.sub(r"\(.*?\)", "", line.split(";")[0]).replace(" ", "").upper()
         comments = re.findall(r"\(.*?\)|;.*", line)
         if bare.startswith("%") or not bare:

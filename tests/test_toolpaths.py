@@ -8,7 +8,7 @@ import pytest
 from cadfit.cli import main
 from cadfit.toolpaths.refit import refit
 
-from controller import compare
+from controller import compare, farthest, run
 
 HEAD = "%\nO0001 (part)\nG21 G90 G17 G40 G94\nT1 M6\nS12000 M3\nG0 X0 Y0 Z5\n"
 FOOT = "M5\nM30\n%\n"
@@ -134,3 +134,71 @@ def test_on_the_command_line(tmp_path, capsys):
     assert capsys.readouterr().err.startswith(f"cadfit: {source}: line 2: ")
     assert main(["toolpath", str(target), "-t", "0.05", "-o", str(target)]) == 2
     assert target.read_text() == kept
+
+
+@pytest.mark.parametrize("curves", ["g5", "poly"])
+def test_cubic_pieces(tmp_path, curves):
+    out, done = refitted(HEAD + program(flower()) + program(flower(300, 3)) + FOOT, tmp_path, curves=curves)
+    assert done.arcs == 0
+    assert done.moves[0] > 12 * done.moves[1]
+    assert ("G5 X" in out) == (curves == "g5")
+    assert ("POLY PO[X]=(" in out) == (curves == "poly")
+    for code in re.findall(r"G0 Z5\nM5|^G1\n", out, re.M):
+        assert code.startswith("G0")
+
+
+def test_a_path_in_space_takes_polynomials(tmp_path):
+    t = np.linspace(0, 3, 500)
+    points = np.column_stack([20 * np.cos(t), 15 * np.sin(2 * t), 3 * np.sin(3 * t)])
+    _, done = refitted(HEAD + program(points, letters="XYZ") + FOOT, tmp_path, curves="poly")
+    assert done.moves[0] > 12 * done.moves[1]
+
+
+def klartext(text, step):
+    """The cutting path (n, 3) of a program in Heidenhain's plain language, and its blocks' first words."""
+    at, path, heads, cutting = np.zeros(3), [], [], None
+    for row, block in enumerate(text.replace("~\n", "").splitlines()):
+        number, head, *words = block.split()
+        assert int(number) == row
+        heads.append(head)
+        if head not in ("L", "SPL"):
+            continue
+        ends = {word[0]: float(word[1:]) for word in words if word[0] in "XYZ"}
+        to = np.array([ends.get(axis, value) for axis, value in zip("XYZ", at, strict=True)])
+        feed = next((word for word in words if word.startswith("F")), None)
+        cutting = cutting if feed is None else feed
+        if feed == "FMAX":
+            at = to
+            continue
+        powers = np.zeros((4, 3))
+        powers[0] = to
+        if head == "SPL":
+            for word in words:
+                if word[0] == "K":
+                    powers[int(word[1]), "XYZ".index(word[2])] = float(word[3:])
+            assert np.abs(powers.sum(axis=0) - at).max() < 1e-6, "the end of the block before is the spline's start"
+        else:
+            powers[1] = at - to
+        n = int(10 + 2 * np.abs(powers[1:]).sum() / step)
+        t = np.linspace(1, 0, n)[:, None]
+        path.append(((powers[3] * t + powers[2]) * t + powers[1]) * t + powers[0])
+        at = to
+    return np.concatenate(path), heads
+
+
+def test_splines_in_plain_language(tmp_path):
+    text = HEAD.replace(" G94", "") + program(flower()) + FOOT
+    source, target = tmp_path / "in.nc", tmp_path / "out.h"
+    source.write_text(text)
+    done = refit(source, target, 0.05, curves="spl")
+    assert done.moves[0] > 12 * done.moves[1]
+    path, heads = klartext(target.read_text(), 0.01)
+    assert heads[0] == "BEGIN"
+    assert heads[-4:] == ["L", "M5", "M30", "END"]
+    assert heads.count("SPL") == done.splines
+    before = np.concatenate([event[2] for event in run(text, 0.01) if event[0] == "move"])
+    assert farthest(before, path) <= np.hypot(done.deviation, 0.005)
+    source.write_text(text.replace("G40", "G40 G54"))
+    with pytest.raises(ValueError, match=r"line 3: G54 has no counterpart"):
+        refit(source, target, 0.05, curves="spl")
+    assert klartext(target.read_text(), 0.01)[1] == heads

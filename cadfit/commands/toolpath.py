@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +16,15 @@ if TYPE_CHECKING:
     from cadfit.toolpaths.refit import Summary
 
 
+class Words(StrEnum):
+    """What curved moves are written as."""
+
+    arcs = "arcs"
+    g5 = "g5"
+    poly = "poly"
+    spl = "spl"
+
+
 def toolpath(
     source: Annotated[Path, typer.Argument(metavar="IN", help="G-code: .nc .gcode .ngc .tap", show_default=False)],
     output: Annotated[Path, typer.Option("-o", "--output", help="Where to.", show_default=False)],
@@ -22,16 +32,24 @@ def toolpath(
         float, typer.Option("-t", "--tolerance", help="Millimetres the new path may be from the old: certified.")
     ],
     corner: Annotated[float, typer.Option(help="Turns sharper than this, in degrees, are kept.")] = 35.0,
+    curves: Annotated[
+        Words,
+        typer.Option(
+            help="arcs: G2 and G3; g5: cubic pieces of LinuxCNC (X and Y); poly: of Siemens; spl: of Heidenhain."
+        ),
+    ] = Words.arcs,
     decimals: Annotated[int | None, typer.Option(help="Of coordinates.  [4, in inches 5]")] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Refit the cutting moves of a G-code program with few lines and arcs, and leave everything else as it is."""
+    """Refit the cutting moves of a G-code program with few lines and curves, and leave everything else as it is."""
     from cadfit.toolpaths.refit import refit
 
     if output.exists() and source.exists() and output.samefile(source):
         raise Mistake(f"{output}: the output would replace the input")
     with busy(f"refitting {source}", quiet) as progress, about(source):
-        done = refit(source, output, tolerance, corner=radians(corner), decimals=decimals, progress=progress)
+        done = refit(
+            source, output, tolerance, corner=radians(corner), decimals=decimals, curves=curves.value, progress=progress
+        )
     report(str(source), _said(done), [output], quiet)
 
 
@@ -46,6 +64,8 @@ def _said(done: Summary) -> dict[str, str]:
         "largest deviation": f"{done.deviation:.4g} mm",
         "arcs": f"{done.arcs:,}",
     }
+    if done.splines:
+        said["cubic pieces"] = f"{done.splines:,}"
     if done.arcs:
         said["smallest radius"] = f"{done.smallest_radius:.4g} mm"
     if before:

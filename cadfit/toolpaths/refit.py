@@ -7,20 +7,24 @@ from dataclasses import dataclass, field
 from math import dist, inf, pi, radians
 from os import PathLike
 from pathlib import Path
-from typing import IO
+from typing import IO, Literal, get_args
 
+from cadfit import bezier
 from cadfit.replacing import replacing
 from cadfit.toolpaths.biarcs import Rules
+from cadfit.toolpaths.klartext import Klartext
 from cadfit.toolpaths.machine import Machine, Move
-from cadfit.toolpaths.runs import Cut, Run, fitted
+from cadfit.toolpaths.runs import Cut, Run, arcs, splines
+from cadfit.toolpaths.splines import control_points, ends, polynomials
 from cadfit.toolpaths.words import Block, parse, refuse
-from cadfit.toolpaths.writing import Writer, end_of_line
+from cadfit.toolpaths.writing import State, Writer
 
 _LONGEST_LINE = 10_000  # characters
 _LARGEST_RADIUS = 1e4  # millimetres; what is flatter becomes a line
 _REPORT_EVERY = 4096  # lines
 
-_State = tuple[int | None, int]  # motion and plane
+Curves = Literal["arcs", "g5", "poly", "spl"]
+_ROUNDING = {"g5": control_points, "poly": polynomials, "spl": ends}
 
 
 @dataclass(slots=True)
@@ -39,6 +43,7 @@ class Summary:
     runs: list[int] = field(default_factory=lambda: [0, 0])
     deviation: float = 0.0
     arcs: int = 0
+    splines: int = 0
     smallest_radius: float = inf
     kept: list[tuple[int, str]] = field(default_factory=list)
 
@@ -50,6 +55,7 @@ def refit(
     *,
     corner: float = radians(35.0),
     decimals: int | None = None,
+    curves: Curves = "arcs",
     progress: Callable[[float], None] | None = None,
 ) -> Summary:
     """Write a program of G-code with its cutting moves refitted by lines and arcs within a tolerance.
@@ -57,7 +63,9 @@ def refit(
     `tolerance`: a length in millimetres; the new path is within it of the old everywhere, and the old of the new, as
     written, rounding included. `corner`: turns of more than this (radians) are kept. `decimals` of coordinates: 4, or
     in inches 5. Lines of anything but plain cuts are written as they are, with the modes as they were before each.
-    `progress` is called with the part that is done, from 0 to 1.
+    `curves`: "arcs" for G2 and G3 (and lines); "g5" for the cubic pieces of LinuxCNC, in the plane of X and Y; "poly"
+    for those of Siemens; "spl" for those of Heidenhain, with the whole program in its
+    plain language. `progress` is called with the part that is done, from 0 to 1.
 
     Raises ValueError naming the line for a file that is no G-code, contradicts itself, or has macros; then, and when
     writing fails, what was at `target` is as it was.
@@ -68,15 +76,19 @@ def refit(
         raise ValueError(f"the angle of a corner must be above 0 and at most pi, not {corner}")
     if decimals is not None and not 1 <= decimals <= 9:
         raise ValueError(f"decimals must be 1 to 9, not {decimals}")
+    if curves not in get_args(Curves):
+        raise ValueError(f"curves must be one of {get_args(Curves)}, not {curves!r}")
     path = Path(source)
     with path.open("rb") as program, replacing(Path(target)) as beside, beside.open("wb") as out:
-        job = _Job(out, tolerance, corner, decimals)
+        job = _Job(out, tolerance, corner, decimals, curves)
         size = max(path.stat().st_size, 1)
         for block in _blocks(program):
             job.take(block)
             if progress is not None and block.line % _REPORT_EVERY == 0:
                 progress(min(job.summary.bytes[0] / size, 1.0))
         job.flush()
+        for line in job.writer.finished():
+            job.write(line)
         job.summary.kept = job.machine.unknown
     return job.summary
 
@@ -99,12 +111,12 @@ def _blocks(program: IO[bytes]) -> Iterator[Block]:
 class _Job:
     """One program being rewritten."""
 
-    def __init__(self, out: IO[bytes], tolerance: float, corner: float, decimals: int | None) -> None:
-        self.out, self.tolerance, self.corner, self.decimals = out, tolerance, corner, decimals
+    def __init__(self, out: IO[bytes], tolerance: float, corner: float, decimals: int | None, curves: Curves) -> None:
+        self.out, self.tolerance, self.corner, self.decimals, self.curves = out, tolerance, corner, decimals, curves
         self.machine, self.summary = Machine(), Summary()
         self.run: Run | None = None
-        self.before: _State = (None, 17)  # motion and plane before the run's first line
-        self.writer = Writer()
+        self.before: State = (None, 17)  # motion and plane before the run's first line
+        self.writer = Klartext() if curves == "spl" else Writer("POLY" if curves == "poly" else 5)
 
     def take(self, block: Block) -> None:
         """Take one line: into a run, or to the output."""
@@ -145,7 +157,10 @@ class _Job:
         summary.moves[1] += len(cuts)
         here = run.moves[0].start
         for cut in cuts:
-            if cut.piece is not None and cut.piece.centre is not None:
+            if cut.poles is not None:
+                summary.splines += 1
+                summary.length[1] += float(bezier.lengths(cut.poles[None])[0]) * inch
+            elif cut.piece is not None and cut.piece.centre is not None:
                 summary.arcs += 1
                 summary.smallest_radius = min(summary.smallest_radius, cut.piece.radius * inch)
                 summary.length[1] += cut.piece.length * inch
@@ -153,7 +168,7 @@ class _Job:
                 summary.length[1] += dist(here, cut.end) * inch
             here = cut.end
         for line in self.writer.lines(run, cuts, self._decimals(run)):
-            self._write(line)
+            self.write(line)
 
     def _fitted(self, run: Run) -> tuple[list[Cut], float]:
         """Return moves for a run and how far they are from it; none where they are not fewer, or too far."""
@@ -164,7 +179,13 @@ class _Job:
         if len(points) < 3 or tolerance <= 2.0 * tick:
             return [], 0.0
         rules = Rules(tick, 2.0 * tolerance, _LARGEST_RADIUS * unit, unit, decimals)
-        cuts, far = fitted(points, tolerance, self.corner, rules)
+        if self.curves == "arcs":
+            cuts, far = arcs(points, tolerance, self.corner, rules)
+        elif run.extruded or not (run.modes.absolute or self.curves == "spl"):
+            return [], 0.0  # what these words do then is not described
+        else:
+            written = _ROUNDING[self.curves](decimals)
+            cuts, far = splines(points, tolerance, self.corner, rules, written, self.curves == "g5")
         return (cuts, far) if len(cuts) < len(run.moves) and far <= tolerance else ([], 0.0)
 
     def _decimals(self, run: Run) -> int:
@@ -174,19 +195,15 @@ class _Job:
     def _unit(self) -> float:
         return 25.4 if self.machine.inches else 1.0
 
-    def _as_it_was(self, block: Block, move: Move | None, before: _State, after: _State) -> None:
-        """Write an untouched line, after what it needs to find the modes as they were."""
-        if block.words:
-            needed = self.writer.restored(*before, block)
-            if needed:
-                self._write(needed + end_of_line(block.text))
-            self.writer.motion, self.writer.plane = after
-        self._write(block.text)
+    def _as_it_was(self, block: Block, move: Move | None, before: State, after: State) -> None:
+        for line in self.writer.untouched(block, move, before, after):
+            self.write(line)
         if move is not None and move.motion > 0:
             self.summary.moves[1] += 1
             self.summary.length[1] += move.length * self._unit
 
-    def _write(self, text: str) -> None:
+    def write(self, text: str) -> None:
+        """Write a line."""
         data = _bytes(text)
         self.out.write(data)
         self.summary.lines[1] += 1

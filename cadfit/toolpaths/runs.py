@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import hypot
+from math import dist, hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from cadfit.toolpaths.biarcs import Piece, Rules
 from cadfit.toolpaths.channel import line_deviation
 from cadfit.toolpaths.cover import cover
 from cadfit.toolpaths.machine import PLANES, Modes, Move, Place
+from cadfit.toolpaths.splines import Rounding, cubics
 from cadfit.toolpaths.tangents import corners
 from cadfit.toolpaths.words import Block
 
@@ -24,7 +25,8 @@ _LAST_DIGIT = 2e-5  # ... beyond what rounding does
 class Cut(NamedTuple):
     """A move in place of those up to vertex `row` of its run: to `end`, along `piece` in `plane` (0: straight).
 
-    `share`: of the way from the vertex before to that vertex, where several moves are put in its place.
+    `poles` (4, 3), instead: those of a cubic piece. `share`: of the way from the vertex before to that vertex, where
+    several moves are put in its place.
     """
 
     row: int
@@ -32,6 +34,12 @@ class Cut(NamedTuple):
     plane: int = 0
     piece: Piece | None = None
     share: float = 1.0
+    poles: Array | None = None
+
+    @property
+    def straight(self) -> bool:
+        """Whether it is a line."""
+        return self.poles is None and (self.piece is None or self.piece.centre is None)
 
 
 @dataclass(slots=True)
@@ -86,8 +94,8 @@ def _says(comment: str) -> bool:
     )
 
 
-def fitted(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple[list[Cut], float]:
-    """Return moves along the path of points (n, 3) within the tolerance, and a bound on how far they are from it.
+def arcs(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple[list[Cut], float]:
+    """Return lines and arcs along the path of points (n, 3) within the tolerance, and a bound on how far they are off.
 
     The path is split at corners (turns of more than `angle`, radians) and where its plane changes; what is in none of
     the planes of arcs gets lines.
@@ -107,6 +115,48 @@ def fitted(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple
             cuts += [cut._replace(row=cut.row + start) for cut in found]
             worst, start = max(worst, far), stop
     return cuts, worst
+
+
+def splines(
+    points: Array, tolerance: float, angle: float, rules: Rules, written: Rounding, flat: bool
+) -> tuple[list[Cut], float]:
+    """Return cubic pieces and lines along the path of points (n, 3), as `arcs` does.
+
+    `flat`: pieces are in the plane of X and Y alone; a path that leaves it gets lines.
+    """
+    cuts: list[Cut] = []
+    worst, start, last = 0.0, 0, len(points) - 1
+    for end in [*corners(points, tolerance, angle).tolist(), last]:
+        part, exact = points[start : end + 1], (start == 0, end == last)
+        level = bool((part[:, 2] == part[0, 2]).all())
+        lines, far = _straight(part, tolerance - rules.tick, rules, exact)
+        curves = None
+        if level or not flat:
+            begins = part.copy()
+            begins[0] = cuts[-1].end if cuts else part[0]
+            curves = cubics(begins[:, :2] if level else begins, tolerance - rules.tick, written, exact[1])
+        if curves is not None and len(curves[0]) < len(lines):
+            rows, far = _rows(part, curves[0]), curves[1] + dist(begins[0], part[0])
+            lines = []
+            for row, poles in zip(rows, curves[0], strict=True):
+                space = np.column_stack([poles, np.full(4, part[0, 2])]) if level else poles
+                x, y, z = space[3].tolist()
+                lines.append(Cut(row, (x, y, z), 17 if flat else 0, poles=space))
+        cuts += [cut._replace(row=cut.row + start) for cut in lines]
+        worst, start = max(worst, far), end
+    return cuts, worst
+
+
+def _rows(points: Array, poles: Array) -> list[int]:
+    """Return for each piece the vertex that is taken for its end: rising, the nearest in length."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    sizes = np.cumsum(np.linalg.norm(np.diff(poles, axis=1), axis=2).sum(axis=1))
+    rows = np.searchsorted(along, sizes * along[-1] / sizes[-1])
+    m, n = len(rows), len(points)
+    rising = np.maximum.accumulate(rows - np.arange(m)) + np.arange(m)
+    rows = np.clip(np.minimum(rising, n - m + np.arange(m)), np.arange(1, m + 1), n - 1)
+    rows[-1] = n - 1
+    return [int(row) for row in rows]
 
 
 def _in_plane(points: Array, start: int, end: int) -> tuple[int, int]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cadfit.bezier import Array
 from cadfit.toolpaths.biarcs import Piece
-from cadfit.toolpaths.machine import PLANES, Place
+from cadfit.toolpaths.machine import PLANES, Move, Place
 from cadfit.toolpaths.runs import Cut, Run
+from cadfit.toolpaths.splines import coefficients
 from cadfit.toolpaths.words import Block
 
 _OFFSETS = ("IJ", "KI", "JK")
 _MOST_DIGITS = 9
 _EXTRUDER_DIGITS = 5
+
+State = tuple[int | None, int]  # motion and plane
 
 
 def number(value: float, decimals: int, exact: bool = False) -> str:
@@ -37,7 +41,8 @@ def end_of_line(text: str) -> str:
 class Writer:
     """Keeps what the written program has set, which may differ from the original's while moves are replaced."""
 
-    motion: int | None = None
+    curve: int | str = 5  # the word of cubic pieces
+    motion: int | str | None = None
     plane: int = 17
 
     def restored(self, motion: int | None, plane: int, block: Block) -> str:
@@ -53,6 +58,18 @@ class Writer:
             words.append(f"G{motion}")
         self.motion, self.plane = motion, plane
         return " ".join(words)
+
+    def untouched(self, block: Block, move: Move | None, before: State, after: State) -> list[str]:
+        """Return a line as it was, after what it needs; `before` and `after` it: the original's motion and plane."""
+        if not block.words:
+            return [block.text]
+        needed = self.restored(*before, block)
+        self.motion, self.plane = after
+        return [needed + end_of_line(block.text), block.text] if needed else [block.text]
+
+    def finished(self) -> list[str]:
+        """Return what the end of the program needs."""
+        return []
 
     def lines(self, run: Run, cuts: list[Cut], decimals: int) -> list[str]:
         """Return the lines of the moves that replace a run."""
@@ -70,7 +87,9 @@ class Writer:
             exact = k == len(cuts) - 1
             there, said = self._place(here, cut, modes.absolute, decimals, exact)
             words += said
-            if cut.piece is not None and cut.piece.centre is not None:
+            if cut.poles is not None:
+                words += self._curve(cut.poles, decimals, exact)
+            elif cut.piece is not None and cut.piece.centre is not None:
                 words += self._centre(cut.piece, cut.plane, modes.centres_absolute, decimals)
             if run.extruded:
                 total = float(extruded[row] + cut.share * (extruded[cut.row] - extruded[row]))
@@ -89,24 +108,29 @@ class Writer:
 
     def _motion(self, cut: Cut, explicit: bool) -> list[str]:
         words = []
-        motion = 1
-        if cut.piece is not None and cut.piece.centre is not None:
+        motion: int | str = 1
+        if cut.poles is not None:
+            motion = self.curve
+        elif cut.piece is not None and cut.piece.centre is not None:
             motion = 3 if cut.piece.sweep > 0.0 else 2
-            if cut.plane != self.plane:
-                self.plane = cut.plane
-                words.append(f"G{cut.plane}")
+        if motion != 1 and cut.plane and cut.plane != self.plane:
+            self.plane = cut.plane
+            words.append(f"G{cut.plane}")
         if explicit or motion != self.motion or words:
             self.motion = motion
-            words.append(f"G{motion}")
+            words.append(f"G{motion}" if isinstance(motion, int) else motion)
         return words
 
     def _place(self, here: Place, cut: Cut, absolute: bool, decimals: int, exact: bool) -> tuple[Place, list[str]]:
         """Return where the tool is after a move, and the words that bring it there."""
         words, there = [], list(here)
-        arc = cut.piece is not None and cut.piece.centre is not None
+        if cut.poles is not None and self.curve == "POLY":
+            return cut.end, []
+        arc = not cut.straight
+        plane = PLANES[cut.plane or 17]
         for k, letter in enumerate("XYZ"):
             moves = abs(cut.end[k] - here[k]) > 1e-10
-            if not moves and not (arc and k in PLANES[cut.plane]):
+            if not moves and not (arc and k in plane):
                 continue
             text = number(cut.end[k] if absolute else cut.end[k] - here[k], decimals, exact)
             there[k] = float(text) if absolute else here[k] + float(text)
@@ -118,6 +142,21 @@ class Writer:
         centre = piece.centre if absolute else (piece.centre[0] - piece.start[0], piece.centre[1] - piece.start[1])
         pairs = zip(_OFFSETS[plane - 17], centre, strict=True)
         return [f"{letter}{number(value, decimals)}" for letter, value in sorted(pairs)]
+
+    def _curve(self, poles: Array, decimals: int, exact: bool) -> list[str]:
+        """Return the words of a cubic piece: of G5 its control points, of POLY its ends and coefficients."""
+        if self.curve == 5:
+            offsets = (*(poles[1] - poles[0])[:2], *(poles[2] - poles[3])[:2])
+            return [f"{letter}{number(float(value), decimals)}" for letter, value in zip("IJPQ", offsets, strict=True)]
+        square, cube = coefficients(poles)
+        words = []
+        for k, letter in enumerate("XYZ"):
+            if (poles[:, k] == poles[0, k]).all():
+                continue
+            inside = [number(float(poles[3, k]), decimals, exact)]
+            inside += [number(float(value[k]), decimals) for value in (square, cube)]
+            words.append(f"PO[{letter}]=({','.join(inside)})")
+        return words
 
 
 def _numbers(blocks: list[Block], cuts: list[Cut], ends: list[int]) -> list[float]:
