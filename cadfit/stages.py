@@ -1,13 +1,48 @@
-"""How long each stage of the work takes, for whoever listens: records of `logging` under the name "cadfit"."""
+"""How far the work is, and how long each stage took: for who listens, records of `logging` by the name "cadfit"."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
+Progress = Callable[[float], None]  # is given the part that is done, from 0 to 1; what it raises stops the work
+
 _log = logging.getLogger("cadfit")
+
+
+def unheard(part: float) -> None:
+    """Take the progress that nobody asked for."""
+
+
+def portion(progress: Progress | None, low: float, high: float) -> Progress:
+    """Return the progress of a part of the work, which is from `low` to `high` of the whole.
+
+    >>> portion(print, 0.5, 1.0)(0.5)
+    0.75
+    """
+    return unheard if progress is None else lambda part: progress(low + (high - low) * part)
+
+
+def rising(progress: Progress | None) -> Progress:
+    """Return progress that never falls, whatever it is given.
+
+    >>> heard = rising(print)
+    >>> heard(0.2), heard(0.1)
+    0.2
+    0.2
+    (None, None)
+    """
+    highest = 0.0
+
+    def heard(part: float) -> None:
+        nonlocal highest
+        highest = max(highest, part)
+        if progress is not None:
+            progress(highest)
+
+    return heard
 
 
 @contextmanager

@@ -11,10 +11,10 @@ from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit
-from cadfit.fitting.stretch import Progress, fit_stretch
+from cadfit.fitting.stretch import fit_stretch
 from cadfit.points.clean import clean
 from cadfit.points.corners import find_corners
-from cadfit.stages import stage
+from cadfit.stages import Progress, portion, rising, stage
 
 Between = Literal["curve", "polyline"]
 Effort = Literal["fast", "best"]
@@ -49,7 +49,7 @@ def fit(
     (`cadfit.find_corners`), the least angle in radians that is one, rows of `points`, or None. Open ends are kept
     exactly, too. `effort`: "fast", or "best" for fewer poles in five times the time. `weights` (n,): how much each
     point counts in the least squares; the tolerance holds for all. `end_tangents` (2, d): directions at open ends.
-    `progress` is called with the part that is done, from 0 to 1.
+    `progress` is called with the part that is done, from 0 to 1; raising from it stops the fit.
 
     Raises ValueError for bad points (naming the row), a tolerance that is not positive or that float64 cannot hold at
     these coordinates (naming the least that it can), and arguments that do not fit.
@@ -74,14 +74,11 @@ def fit(
         at = _corners(corners, given, tolerance, cleaned.closed, between == "polyline", cleaned.kept)
     stretches = _stretches(len(given), at, cleaned.closed)
     smooth, polyline, best = cleaned.closed and not len(at), between == "polyline", effort == "best"
+    heard = rising(progress)
     curves, parameters, start = [], np.zeros(len(given)), 0.0
     for k, rows in enumerate(stretches):
         ends = (tangents[0] if k == 0 else None, tangents[1] if k == len(stretches) - 1 else None)
-
-        def part_done(part: float, before: int = k) -> None:
-            if progress is not None:
-                progress((before + part) / len(stretches))
-
+        part_done = portion(heard, k / len(stretches), (k + 1) / len(stretches))
         curve, u = fit_stretch(given[rows], tolerance, smooth, polyline, best, weight[rows], ends, part_done)
         curve = BSpline(curve.poles, curve.knots - curve.knots[0] + start) if start else curve
         parameters[rows[: len(u)]] = u + start

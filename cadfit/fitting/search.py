@@ -12,7 +12,7 @@ from cadfit.fitting.relax import Trial, relax, start
 from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
-from cadfit.stages import stage
+from cadfit.stages import Progress, stage, unheard
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
@@ -20,10 +20,12 @@ _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, wha
 
 
 @stage("adding spans until it holds")
-def grow(goal: Targets, knots: Array, u: Array) -> Trial:
+def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard) -> Trial:
     """Return a trial that meets the targets, with knots added where it did not."""
-    dense = False
+    dense, turn = False, 0
     while True:
+        progress(turn / (turn + 4.0))  # how many turns there will be is not known
+        turn += 1
         trial = start(goal, knots, u)
         if trial.worst < _FAR:
             trial = relax(trial, 6, move_knots=False)
@@ -68,7 +70,7 @@ def _bisected(trial: Trial) -> Array:
 
 
 @stage("taking spans away")
-def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float) -> Trial:
+def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
 
     Each takes spans away: a share of them at first, half as many after each failure. Before one counts as failed, knots
@@ -77,7 +79,8 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float)
     m = trial.curve.spans.count
     least = 4 if trial.goal.closed else 1
     cut = m
-    for _ in range(trials):
+    for turn in range(trials):
+        progress(turn / trials)
         cut = min(cut, max(1, round(share * m)), m - least)
         if cut < 1:
             break

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import count
 from math import fsum
 
@@ -18,6 +17,7 @@ from cadfit.fitting.search import fewest, grow
 from cadfit.fitting.spans import Curve
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.thinned import carried, more_rows, spread
+from cadfit.stages import Progress, portion
 
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
@@ -26,8 +26,6 @@ _FAST, _BEST = (8, 8, 0, 0.4), (60, 16, 8, 0.25)  # passes, trials, exchanges of
 _GROWN, _QUICK, _NEARLY = 0.1, 0.2, 0.8  # of the time, about: where the curve holds, has few spans, waits for a check
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
-
-Progress = Callable[[float], None]
 
 
 def fit_stretch(
@@ -112,33 +110,36 @@ def _found(stretch: Stretch, best: bool, progress: Progress) -> Check:
     n = len(stretch.points)
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
-    trial = grow(goal, np.linspace(0.0, goal.period, 5 if goal.closed else 2), goal.u)
+    trial = grow(goal, np.linspace(0.0, goal.period, 5 if goal.closed else 2), goal.u, portion(progress, 0.0, _GROWN))
     progress(_GROWN)
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, _fewest(trial, best, progress), rows)
+        fewer, _ = _mended(stretch, _fewest(trial, best, progress), rows, progress)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
-    grown, rows = _mended(stretch, trial, rows)
+    grown, rows = _mended(stretch, trial, rows, progress)
     if not grown.passed:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, _fewest(grown.trial, best, progress), rows)
+    fewer, _ = _mended(stretch, _fewest(grown.trial, best, progress), rows, progress)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
 
 
 def _fewest(trial: Trial, best: bool, progress: Progress) -> Trial:
     """Return the trial with fewer spans: what is quickly found, and from there what more time finds."""
-    trial = fewest(trial, *_FAST)
-    progress(_QUICK if best else _NEARLY)
-    return fewest(trial, *_BEST) if best else trial
+    quick = _QUICK if best else _NEARLY
+    trial = fewest(trial, *_FAST, portion(progress, _GROWN, quick))
+    trial = fewest(trial, *_BEST, portion(progress, quick, _NEARLY)) if best else trial
+    progress(_NEARLY)
+    return trial
 
 
-def _mended(stretch: Stretch, trial: Trial, rows: Ints) -> tuple[Check, Ints]:
+def _mended(stretch: Stretch, trial: Trial, rows: Ints, progress: Progress) -> tuple[Check, Ints]:
     """Return the check of the trial, fitted again with more points or targets where it did not pass; and its rows."""
     n, least = len(stretch.points), 0
     check = checked(stretch, trial, rows)
     for turn in count():
+        progress(0.0)  # how much is still to mend is not known, but it may be stopped
         whole = len(rows) == n
         if check.passed or (whole and (turn >= _ROUNDS or not trial.met)):
             break
