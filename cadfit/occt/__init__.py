@@ -23,6 +23,7 @@ from cadfit.occt.faces import to_face
 from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
 from cadfit.occt.shapes import edges, from_edge, to_edge, to_wire
+from cadfit.occt.simplify import simplify
 from cadfit.occt.solids import sweep_solid, tube_solid, volume
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "points_of",
     "read_brep",
     "read_step",
+    "simplify",
     "sweep_solid",
     "to_edge",
     "to_face",

@@ -10,6 +10,7 @@ import numpy as np
 from OCP.BRep import BRep_Builder
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
+from OCP.Geom import Geom_BSplineCurve
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Pnt
 from OCP.Precision import Precision
@@ -140,10 +141,7 @@ def _vertex(spline: BSpline, end: int) -> TopoDS_Vertex:
 
 def _spline(edge: BRepAdaptor_Curve) -> BSpline:
     """Return the spline of an edge's curve over the edge's range."""
-    first, last = edge.FirstParameter(), edge.LastParameter()
-    kind = edge.GetType().name.removeprefix("GeomAbs_")
-    if Precision.IsInfinite_s(first) or Precision.IsInfinite_s(last):
-        raise ValueError(f"the edge, a {kind}, has no end: a spline needs both")
+    first, last, kind = range_and_kind(edge)
     if kind == "Line":
         poles = np.linspace(edge.Value(first).Coord(), edge.Value(last).Coord(), DEGREE + 1)
         return BSpline(poles, np.repeat([first, last], DEGREE + 1))
@@ -151,11 +149,27 @@ def _spline(edge: BRepAdaptor_Curve) -> BSpline:
     if not polynomial or edge.Degree() > DEGREE:
         what = f"{kind} of degree {edge.Degree()}" if polynomial else f"{kind} (not polynomial)"
         raise ValueError(f"no non-rational cubic spline equals the edge's curve, a {what}")
+    curve = clamped_curve(edge)
+    curve.IncreaseDegree(DEGREE)
+    poles = np.array([point.Coord() for point in curve.Poles()])
+    return BSpline(poles, np.repeat([*curve.Knots()], [*curve.Multiplicities()]))
+
+
+def range_and_kind(edge: BRepAdaptor_Curve) -> tuple[float, float, str]:
+    """Return the first and the last parameter of an edge, and the kind of its curve ("Circle", "BSplineCurve", ...)."""
+    first, last = edge.FirstParameter(), edge.LastParameter()
+    kind = edge.GetType().name.removeprefix("GeomAbs_")
+    if Precision.IsInfinite_s(first) or Precision.IsInfinite_s(last):
+        raise ValueError(f"the edge, a {kind}, has no end: a spline needs both")
+    return first, last, kind
+
+
+def clamped_curve(edge: BRepAdaptor_Curve) -> Geom_BSplineCurve:
+    """Return a Bézier or B-spline edge's curve as a clamped B-spline of its own over the edge's range."""
+    first, last, kind = range_and_kind(edge)
     # A copy: Segment and IncreaseDegree would change the edge's own curve.
     curve = edge.BSpline().Copy() if kind == "BSplineCurve" else GeomConvert.CurveToBSplineCurve_s(edge.Bezier())
     clamped = {curve.Multiplicity(1), curve.Multiplicity(curve.NbKnots())} == {curve.Degree() + 1}
     if not clamped or (first, last) != (curve.FirstParameter(), curve.LastParameter()):
         curve.Segment(first, last)
-    curve.IncreaseDegree(DEGREE)
-    poles = np.array([point.Coord() for point in curve.Poles()])
-    return BSpline(poles, np.repeat([*curve.Knots()], [*curve.Multiplicities()]))
+    return curve
