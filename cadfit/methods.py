@@ -77,7 +77,7 @@ def made(found: Any, how: How, progress: Callable[[float], None] | None = None) 
     method = how.chosen
     if method == "tolerance":
         return _within(found, how, progress)
-    return _dominant(found, how) if method == "dominant" else _through(found, how, method)
+    return _dominant(found, how, progress) if method == "dominant" else _through(found, how, method)
 
 
 def _within(points: Array, how: How, progress: Callable[[float], None] | None) -> Made:
@@ -120,12 +120,14 @@ def corners_of(text: str) -> Any:
         ) from None
 
 
-def _dominant(points: Array, how: How) -> Made:
+def _dominant(points: Array, how: How, progress: Callable[[float], None] | None) -> Made:
     """Put a curve through the dominant points."""
     if (how.fraction is None) == (how.square_error is None):
         raise ValueError("--method dominant needs one of --fraction and --square-error")
     curvature = 1.0 if how.curvature is None else how.curvature
-    fit = cadfit.fit_dominant(points, None, how.fraction, how.square_error, closed=how.closed, curvature=curvature)
+    fit = cadfit.fit_dominant(
+        points, None, how.fraction, how.square_error, closed=how.closed, curvature=curvature, progress=progress
+    )
     if how.closed is None and fit.closed:
         _warn_of_corner_at_seam(fit.points)
     dominant = (len(fit.spline.distinct_knots) + (-1 if fit.closed else 4)) // 3

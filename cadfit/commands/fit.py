@@ -69,12 +69,14 @@ def fit(
     [only] = source
     paths = [Path(each) for each in output] if targets is None else targets[0]
     with timed(verbose):
+        check(only, paths, "curves")
+        if targets is not None:
+            check_all(source, targets, None)
+        with busy(f"reading {only}", quiet) as progress, about(only):
+            points = read(only, progress=progress)
         with busy(f"fitting {only}", quiet) as progress:
-            check(only, paths, "curves")
-            if targets is not None:
-                check_all(source, targets, None)
             with about(only):
-                curves, said = made(read(only), how, progress)
+                curves, said = made(points, how, progress)
             write_all(only, paths, "curves", curves.dimension, curves, unit)
         report(str(only), said, paths, quiet)
     return 0

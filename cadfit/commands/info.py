@@ -19,6 +19,6 @@ def info(
     from cadfit.files import read
     from cadfit.files.facts import facts
 
-    with busy(f"reading {file}", quiet=False), about(file):
-        found = facts(read(file, unit.value))
+    with busy(f"reading {file}", quiet=False) as progress, about(file):
+        found = facts(read(file, unit.value, progress))
     report(str(file), found, [], quiet=False)

@@ -17,28 +17,32 @@ from cadfit.bspline import BSpline
 from cadfit.files.curves import Curves as Curves
 from cadfit.files.table import as_table
 from cadfit.replacing import replacing
-from cadfit.stages import stage
+from cadfit.stages import Progress, portion, stage, unheard
 
 Kind = Literal["points", "curves", "mesh"]
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One file format: the module here with its `read(path, unit)` and `write(path, result, unit)`, what it takes."""
+    """One file format: the module here with its `read(path, unit)` and `write(path, result, unit)`, what it takes.
+
+    With `tells` both take `progress` as well.
+    """
 
     module: str
     takes: tuple[Kind, ...]
     dimensions: range = range(1, 1000)
+    tells: bool = False
 
 
 _KERNEL = Format("kernel", ("curves",), range(2, 4))
 _MESH = Format("mesh", ("mesh",))
 
 FORMATS = {
-    ".csv": Format("text", ("points", "curves"), range(2, 9)),
-    ".txt": Format("text", ("points",), range(2, 9)),
-    ".xyz": Format("text", ("points",), range(2, 9)),
-    ".dat": Format("text", ()),  # the airfoil formats, with a name in front: read only
+    ".csv": Format("text", ("points", "curves"), range(2, 9), tells=True),
+    ".txt": Format("text", ("points",), range(2, 9), tells=True),
+    ".xyz": Format("text", ("points",), range(2, 9), tells=True),
+    ".dat": Format("text", (), tells=True),  # the airfoil formats, with a name in front: read only
     ".npy": Format("arrays", ("points",), range(2, 9)),
     ".npz": Format("arrays", ("points",), range(2, 9)),
     ".json": Format("jsons", ("points", "curves")),
@@ -47,12 +51,13 @@ FORMATS = {
 }
 
 
-def read(path: str | os.PathLike[str], unit: str = "mm") -> Any:
+def read(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | None = None) -> Any:
     """Return what is in a file: points (n, d), n >= 1, `Curves`, or a `trimesh.Trimesh`.
 
     Points: .csv, .txt, .xyz, .dat (comma, semicolon, tab or blanks, `cadfit.files.text`), .npy, .npz, .json. Curves:
     .json, .step, .stp, .brep. Meshes: .stl, .3mf, .ply, .glb, .obj. A point file has 2 to 8 columns. `unit` is the
-    length unit coordinates come back in where the file states its own (STEP).
+    length unit coordinates come back in where the file states its own (STEP). `progress` is called with the part
+    that is done, from 0 to 1 (of a text file in steps, of others at the end); raising from it stops the work.
 
     Raises ValueError naming the file, the line (counted from 1) and what was there; OSError for a file that cannot be
     read; ImportError naming the extra that is missing.
@@ -71,16 +76,19 @@ def read(path: str | os.PathLike[str], unit: str = "mm") -> Any:
     if not path.exists():  # before a kernel or a mesh library says so in its own words
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with stage("reading"):
-        return import_module(f"cadfit.files.{form.module}").read(path, unit)
+        module = import_module(f"cadfit.files.{form.module}")
+        found = module.read(path, unit, progress or unheard) if form.tells else module.read(path, unit)
+    portion(progress, 0.0, 1.0)(1.0)
+    return found
 
 
-def write(path: str | os.PathLike[str], result: Any, unit: str = "mm") -> None:
+def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress: Progress | None = None) -> None:
     """Write points, curves or a mesh to a file; an old file stays whole until the new one is complete.
 
     `result`: points (n, d) for .csv, .txt, .xyz, .npy, .npz and .json; a `BSpline`, several, `Curves` or anything else
     with `curves`, `closed` and `deviation` for .step, .stp, .brep, .json and .csv (the poles, one a row, curves apart
     by a blank line); a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb and .obj. `unit` ("mm", "m", "inch") is the unit
-    of the coordinates, for STEP. JSON, CSV and NPY read back bit for bit.
+    of the coordinates, for STEP. JSON, CSV and NPY read back bit for bit. `progress`: as in `read`.
 
     Raises ValueError for an unknown suffix or one that cannot hold the result, saying which can; OSError naming a
     path that cannot be written; ImportError naming the extra that is missing.
@@ -95,12 +103,17 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm") -> None:
     _format(path)
     kind, result = _sorted_out(result, str(path))
     check(path, kind, result.shape[1] if kind == "points" else result.dimension if kind == "curves" else 3)
-    module = import_module(f"cadfit.files.{FORMATS[path.suffix.lower()].module}")
+    form = FORMATS[path.suffix.lower()]
+    module = import_module(f"cadfit.files.{form.module}")
     with stage("writing"), replacing(path) as beside:
         try:
-            module.write(beside, result, unit)
+            if form.tells:
+                module.write(beside, result, unit, progress or unheard)
+            else:
+                module.write(beside, result, unit)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
+    portion(progress, 0.0, 1.0)(1.0)
 
 
 def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None) -> None:

@@ -12,6 +12,7 @@ Nothing else is passed over: a row that is not like the first is an error, with 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,9 @@ from cadfit.bezier import Array
 from cadfit.files.airfoil import from_lednicer
 from cadfit.files.curves import Curves
 from cadfit.files.table import as_table
+from cadfit.stages import Progress, unheard
+
+_BLOCK = 1 << 16  # rows between two reports of progress
 
 Lines = list[tuple[int, str]]  # the line's number in the file, from 1, and what is on it
 
@@ -28,7 +32,7 @@ _MISSING = {"na", "n/a", "null", "none"}  # words for no number, never the names
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 
 
-def read(path: Path, unit: str) -> Array:
+def read(path: Path, unit: str, progress: Progress = unheard) -> Array:
     """Return the points (n, d) of a text file.
 
     Raises ValueError with the file, the line (from 1) and its text: a cell that is not a number or not finite, rows
@@ -43,7 +47,7 @@ def read(path: Path, unit: str) -> Array:
     ]
     try:
         rows = _below_head(lines, suffix)
-        table = _table(rows)
+        table = _table(rows, progress)
         if suffix == ".dat" or (suffix == ".txt" and len(rows) < len(lines)):
             table = from_lednicer(table, [k for k, _ in rows])
     except _BadLine as bad:
@@ -53,7 +57,7 @@ def read(path: Path, unit: str) -> Array:
     return as_table(table, str(path))
 
 
-def write(path: Path, result: Array | Curves, unit: str) -> None:
+def write(path: Path, result: Array | Curves, unit: str, progress: Progress = unheard) -> None:
     """Write points (n, d), or the poles of curves, one a row: .csv with commas and names, others with blanks.
 
     Numbers by repr, so they read back bit for bit; the poles of several curves are apart by a blank line.
@@ -66,7 +70,10 @@ def write(path: Path, result: Array | Curves, unit: str) -> None:
             file.write(",".join("xyz"[:d] if d <= 3 else (f"x{k + 1}" for k in range(d))) + "\n")
         for k, block in enumerate(blocks):
             file.write("\n" * (k > 0))
-            file.writelines(separator.join(map(repr, row)) + "\n" for row in block.tolist())
+            for start in range(0, len(block), _BLOCK):
+                progress((k + start / len(block)) / len(blocks))
+                rows = block[start : start + _BLOCK].tolist()
+                file.writelines(separator.join(map(repr, row)) + "\n" for row in rows)
 
 
 class _BadLine(ValueError):
@@ -123,13 +130,13 @@ def _below_text(lines: Lines, suffix: str) -> Lines:
     return lines[start:]
 
 
-def _table(lines: Lines) -> Array:
+def _table(lines: Lines, progress: Progress) -> Array:
     """Return the rows of numbers (n, d)."""
     separator = _separator(lines[0][1])
     if separator is None or separator == ";":
         lines = [(k, line.replace(",", ".")) for k, line in lines]
     try:
-        table = np.loadtxt([line.rstrip(separator) for _, line in lines], delimiter=separator, comments=None, ndmin=2)
+        table = np.concatenate([*_blocks(lines, separator, progress)])
     except ValueError:  # something is wrong, or written in a way numpy does not know
         width = len(_cells(lines[0][1], separator))
         table = np.array([_row(k, line, separator, width) for k, line in lines])
@@ -137,6 +144,13 @@ def _table(lines: Lines) -> Array:
     if not finite.all():
         raise _BadLine(lines[int(np.argmin(finite))][0], "a number that is not finite")
     return table
+
+
+def _blocks(lines: Lines, separator: str | None, progress: Progress) -> Iterator[Array]:
+    for start in range(0, len(lines), _BLOCK):
+        progress(start / len(lines))
+        rows = [line.rstrip(separator) for _, line in lines[start : start + _BLOCK]]
+        yield np.loadtxt(rows, delimiter=separator, comments=None, ndmin=2)
 
 
 def _row(k: int, line: str, separator: str | None, width: int) -> list[float]:

@@ -15,9 +15,10 @@ from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bou
 from cadfit.fitting.matching import blocks, distances, match
 from cadfit.joining import join
 from cadfit.points.clean import as_contour
-from cadfit.stages import stage
+from cadfit.stages import Progress, portion, rising, stage, unheard
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
+_MATCHED = 0.6  # of the time, about: where the points are matched
 _TIGHT = 5e-4  # a bound is refined until it is within this of a distance that occurs
 
 
@@ -39,13 +40,16 @@ class Deviation:
     worst: int
 
 
-def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bool = False) -> Deviation:
+def deviation(
+    curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bool = False, progress: Progress | None = None
+) -> Deviation:
     """Return certified upper bounds on the distance between curves, joined end to end, and ordered points (n, d).
 
     Both bounds hold for every place of the curve, not for samples of it, float64's rounding included, and are within
     0.1 % of distances that occur. Points are matched in order (`matching.match`), so a curve that crosses or nearly
     touches itself is not credited with the wrong branch. With `closed` the curve returns to the first point, which may
-    be repeated at the end or not; its start may lie anywhere on the contour.
+    be repeated at the end or not; its start may lie anywhere on the contour. `progress` is called with the part that is
+    done, from 0 to 1; raising from it stops the work.
 
     Raises ValueError for bad points (naming the row), another dimension than the curve's, curves that are not joined,
     and `closed` for a curve that does not return to its start.
@@ -64,16 +68,22 @@ def deviation(curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bo
     if given.shape[1] != d:
         raise ValueError(f"the points have {given.shape[1]} coordinates, the curve {d}")
     spline, given = _centred(spline, given)
+    heard = rising(progress)
+    matching, bounding = portion(heard, 0.0, _MATCHED), portion(heard, _MATCHED, 1.0)
     if not closed:
-        u, gap = match(spline, given)
-        return _bounds(spline, given, gap, *_to_the_ends(spline, given, u, gap), opening)
+        u, gap = match(spline, given, matching)
+        found = _bounds(spline, given, gap, *_to_the_ends(spline, given, u, gap), opening, progress=bounding)
+        bounding(1.0)
+        return found
     seam = _gap(spline, spline)
     if seam > 1e-9 * spline.size:
         raise ValueError("closed=True needs a curve that ends where it starts")
     spline = _started_at(spline, given[0])
     contour = np.concatenate([given, given[:1]])
-    u, gap = _to_the_ends(spline, contour, *match(spline, contour))
-    return _bounds(spline, contour, gap, u, gap, opening + seam, repeated=1)
+    u, gap = _to_the_ends(spline, contour, *match(spline, contour, matching))
+    found = _bounds(spline, contour, gap, u, gap, opening + seam, repeated=1, progress=bounding)
+    bounding(1.0)
+    return found
 
 
 @stage("bounding the deviation")
@@ -149,14 +159,21 @@ def _to_the_ends(spline: BSpline, points: Array, u: Array, gap: Array) -> tuple[
 
 
 def _bounds(
-    spline: BSpline, points: Array, gap: Array, u: Array, gap_at_u: Array, moved: float, repeated: int = 0
+    spline: BSpline,
+    points: Array,
+    gap: Array,
+    u: Array,
+    gap_at_u: Array,
+    moved: float,
+    repeated: int = 0,
+    progress: Progress = unheard,
 ) -> Deviation:
     """Put the deviation together for points (n, d) at distances `gap` (n,), with chords from u[i] to u[i + 1].
 
     The curve was moved by up to `moved`. The last `repeated` points stand for the first, closing the contour.
     """
     rounding = 16 * float(np.finfo(np.float64).eps) * float(max(np.abs(spline.poles).max(), np.abs(points).max()))
-    between = largest_between(spline, points, u, gap_at_u, rounding)
+    between = largest_between(spline, points, u, gap_at_u, rounding, progress)
     own = gap[: len(gap) - repeated]
     return Deviation(
         points=float(gap.max() + rounding + moved),
@@ -166,7 +183,9 @@ def _bounds(
     )
 
 
-def largest_between(spline: BSpline, points: Array, u: Array, gap: Array, floor: float) -> float:
+def largest_between(
+    spline: BSpline, points: Array, u: Array, gap: Array, floor: float, progress: Progress = unheard
+) -> float:
     """Return an upper bound on the distance from the curve between u[i] and u[i + 1] to the segment of points i, i + 1.
 
     `points` (n, d), `u` (n,) not falling, `gap` (n,) the points' distances from the curve there. The bound is within
@@ -179,6 +198,7 @@ def largest_between(spline: BSpline, points: Array, u: Array, gap: Array, floor:
     knots, upper = spline.distinct_knots, chord_bounds(spline, u, gap)
     occurs, bound, count = 0.0, 0.0, 1 << 10
     while len(chords := np.flatnonzero(upper > occurs * (1.0 + _TIGHT) + floor)):
+        progress(1.0 - len(chords) / len(upper))
         if len(chords) > count:  # the largest first: most of the others need no look once these are known
             chords = np.sort(chords[np.argpartition(upper[chords], -count)[-count:]])
         for rows in blocks(len(chords)):

@@ -20,9 +20,10 @@ from cadfit.fitting.dominant_best import improved, thinned
 from cadfit.fitting.dominant_pieces import chain_error, handles, pieces_of
 from cadfit.fitting.dominant_swaps import swapped
 from cadfit.points.clean import as_contour
+from cadfit.stages import Progress, portion, rising
 
 Method = Literal["best", "paper"]
-_Choice = Callable[[Array, int, bool], tuple[Ints, Array]]
+_Choice = Callable[[Array, int, bool, Progress], tuple[Ints, Array]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +49,7 @@ def dominant_points(
     square_error: float | None = None,
     closed: bool = False,
     method: Method = "best",
+    progress: Progress | None = None,
 ) -> DominantPoints:
     """Return the dominant points of ordered points: as many as asked for, or few enough for a square error.
 
@@ -58,7 +60,8 @@ def dominant_points(
     there are no ends then that must be kept. `method`: "paper" is the paper's search
     (`initial_dominant_points`, `refine_dominant_points`); "best" starts from that or from all points less the least
     costly, whichever is better, then moves and exchanges points until that lowers the error no further. Its error is
-    never above the paper's for the same count, and most often far below.
+    never above the paper's for the same count, and most often far below. `progress` is called with the part that is
+    done, from 0 to 1, as far as can be told; raising from it stops the search.
 
     Raises ValueError for bad points (naming the row), and for a count, fraction or square error out of range.
     Source: the paper, sections 2.4 to 2.7; "best" is ours (`dominant_best`).
@@ -72,12 +75,14 @@ def dominant_points(
         raise ValueError(f"method must be one of {get_args(Method)}, not {method!r}")
     given = as_contour(points, closed)
     choose = _choose_paper if method == "paper" else _choose_best
+    heard = rising(progress)
     wanted = _count(len(given), count, fraction, square_error, closed)
     if wanted is not None:
-        indices, history = choose(given, wanted, closed)
+        indices, history = choose(given, wanted, closed, portion(heard, 0.0, 1.0))
     else:
         assert square_error is not None
-        indices, history = _smallest(given, square_error, closed, choose)
+        indices, history = _smallest(given, square_error, closed, choose, heard)
+    heard(1.0)
     total = chain_error(_columns(given), indices, closed)
     pieces = handles(given, pieces_of(indices, closed))
     indices.setflags(write=False)
@@ -178,18 +183,20 @@ def _columns(points: Array) -> Array:
     return np.ascontiguousarray(points.T)
 
 
-def _choose_paper(points: Array, count: int, closed: bool) -> tuple[Ints, Array]:
-    return refine_dominant_points(points, initial_dominant_points(points, count, closed), closed)
-
-
-def _choose_best(points: Array, count: int, closed: bool) -> tuple[Ints, Array]:
-    columns = _columns(points)
-    starts = [thinned(columns, count, closed), _choose_paper(points, count, closed)[0]]
-    found, history = improved(columns, starts, closed)
+def _choose_paper(points: Array, count: int, closed: bool, progress: Progress) -> tuple[Ints, Array]:
+    start = initial_dominant_points(points, count, closed)
+    found, history = swapped(_columns(points), start, turn_angles(points, closed), closed, progress)
     return found, np.asarray(history)
 
 
-def _smallest(points: Array, bound: float, closed: bool, choose: _Choice) -> tuple[Ints, Array]:
+def _choose_best(points: Array, count: int, closed: bool, progress: Progress) -> tuple[Ints, Array]:
+    columns = _columns(points)
+    starts = [thinned(columns, count, closed), _choose_paper(points, count, closed, portion(progress, 0.1, 0.5))[0]]
+    found, history = improved(columns, starts, closed, portion(progress, 0.5, 1.0))
+    return found, np.asarray(history)
+
+
+def _smallest(points: Array, bound: float, closed: bool, choose: _Choice, progress: Progress) -> tuple[Ints, Array]:
     """Return the smallest set found within the bound; the search at one point less exceeded it.
 
     Steps that double, down from how many are left when the least costly points are dropped, then bisection.
@@ -199,7 +206,8 @@ def _smallest(points: Array, bound: float, closed: bool, choose: _Choice) -> tup
     best = np.arange(high), np.zeros(1)
     middle, step = _thinned_count(points, bound, closed), 1
     while high - low > 1:
-        found = choose(points, middle, closed)
+        part = 1.0 - np.log2(high - low) / np.log2(len(points))
+        found = choose(points, middle, closed, portion(progress, part, part))
         if chain_error(columns, found[0], closed) <= bound:
             high, best = middle, found
             middle, step = max(high - step, (low + high) // 2), 2 * step

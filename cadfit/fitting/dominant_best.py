@@ -20,6 +20,7 @@ from cadfit.fitting.dominant_pieces import (
     points_inside,
     window_errors,
 )
+from cadfit.stages import Progress, unheard
 
 _APART = 3  # dominant points between two changes that touch no piece in common
 _SHARE = 0.8  # of what is still to go, at most this is dropped in a round: at 0.3 the errors are much the same
@@ -32,7 +33,9 @@ _LONGER = 2  # the longest step tried above the longest there is
 _WORK = 1e6  # sums to compare: what the longest step tried goes by
 
 
-def improved(columns: Array, starts: list[Ints], closed: bool) -> tuple[Ints, list[float]]:
+def improved(
+    columns: Array, starts: list[Ints], closed: bool, progress: Progress = unheard
+) -> tuple[Ints, list[float]]:
     """Return the dominant points that descent leads to from the better of some, and the square errors on the way.
 
     `columns` (d, n): the points. `starts`: dominant points (m,), rising. No square error is above one before it.
@@ -48,7 +51,7 @@ def improved(columns: Array, starts: list[Ints], closed: bool) -> tuple[Ints, li
             history.append(error)
     if arranged:  # moves and exchanges find no more
         return indices, history
-    indices, last = settled(columns, indices, closed)
+    indices, last = settled(columns, indices, closed, progress)
     return indices, history + last[1:]
 
 
@@ -66,10 +69,11 @@ def thinned(columns: Array, count: int, closed: bool) -> Ints:
     return indices
 
 
-def settled(columns: Array, indices: Ints, closed: bool) -> tuple[Ints, list[float]]:
+def settled(columns: Array, indices: Ints, closed: bool, progress: Progress = unheard) -> tuple[Ints, list[float]]:
     """Return the dominant points after rounds of moves and exchanges, and the square error before and after each."""
     history = [chain_error(columns, indices, closed)]
-    for _ in range(_ROUNDS):
+    for turn in range(_ROUNDS):
+        progress(turn / _ROUNDS)
         needed = _LEAST * history[-1]
         changed = _exchanged(columns, _moved(columns, indices, closed, needed), closed, needed)
         error = chain_error(columns, changed, closed)

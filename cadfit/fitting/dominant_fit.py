@@ -13,7 +13,7 @@ from cadfit.fitting.dominant import Method, dominant_points
 from cadfit.fitting.matching import match
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import clean
-from cadfit.stages import stage
+from cadfit.stages import Progress, stage
 
 
 def fit_dominant(
@@ -25,6 +25,7 @@ def fit_dominant(
     closed: bool | None = None,
     method: Method = "best",
     curvature: float = 1.0,
+    progress: Progress | None = None,
 ) -> Fit:
     """Return the C2 spline through the dominant points of ordered points, with its certified deviation from all points.
 
@@ -32,7 +33,7 @@ def fit_dominant(
     square of the points' unit) says how many points are dominant, and `method` how they are found, as in
     `dominant_points`. `closed`: whether the curve returns to its first point, C2 across the seam; None: when the last
     point repeats the first. A closed curve starts at its first dominant point. `curvature`: as in `cardinal_spline`; 0
-    is the paper's curve, flat at every dominant point.
+    is the paper's curve, flat at every dominant point. `progress`: as in `dominant_points`.
 
     Use this to thin points to a share, or to a sum of squares, with a curve that meets those kept exactly and follows a
     moved one only nearby. It has about 3 poles a dominant point. Where a distance is to be kept to, or poles are to be
@@ -48,7 +49,7 @@ def fit_dominant(
     cleaned = clean(points, closed)
     given = cleaned.points
     with stage("choosing dominant points"):
-        rows = dominant_points(given, count, fraction, square_error, cleaned.closed, method).indices
+        rows = dominant_points(given, count, fraction, square_error, cleaned.closed, method, progress).indices
     chosen = given[rows]
     start = 0
     if cleaned.closed:  # not where two dominant points are equal: the seam would take them for one

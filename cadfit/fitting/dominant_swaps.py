@@ -15,22 +15,28 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.dominant_pieces import drop_costs, padded, padded_errors, piece_squares, square_distances
+from cadfit.stages import Progress, unheard
 
 _LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
+_REPORT = 1000  # swaps between two reports of progress
 _FEW = 60  # points inside a piece that are summed in plain floats; with more, numpy's calls pay
 
 
-def swapped(columns: Array, indices: Ints, turns: Array, closed: bool) -> tuple[Ints, list[float]]:
+def swapped(
+    columns: Array, indices: Ints, turns: Array, closed: bool, progress: Progress = unheard
+) -> tuple[Ints, list[float]]:
     """Return the dominant points after the swaps, and the total error before the first and after each.
 
     A swap adds the point farthest from its piece in the piece of the largest error, and drops an end of a piece of the
     smallest error: where pieces have none, the first of all their ends, by turn angle, then by row, with which the
     total error falls. The search ends where none of them does. Equal errors count in the order of rows.
-    `columns` (d, n): the points; `turns` (n,): their turn angles.
+    `columns` (d, n): the points; `turns` (n,): their turn angles. How many swaps there will be is not known: `progress`
+    is half when there were as many as dominant points.
     """
     chain = _Chain(columns, indices, turns, closed)
     while chain.swap():
-        pass
+        if len(chain.history) % _REPORT == 0:
+            progress(len(chain.history) / (len(chain.history) + len(indices)))
     return chain.indices(), chain.history
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints, nearest
 from cadfit.bspline import BSpline
+from cadfit.stages import Progress, unheard
 
 _ROWS, _SAMPLES, _PAIRS = 1000, 8000, 4_000_000  # the most points, samples and pairs the dynamic programme takes
 _BLOCK = 1 << 13
@@ -21,7 +22,7 @@ _NEAREST = 1.0 + 1e-6  # times the least distance there is: so near, it is not w
 _ROUNDS = 5  # windows a sixth as wide each time: 1/7776 of the samples' spacing at the end
 
 
-def match(spline: BSpline, points: Array) -> tuple[Array, Array]:
+def match(spline: BSpline, points: Array, progress: Progress = unheard) -> tuple[Array, Array]:
     """Return parameters (n,), not falling, of checked points (n, d) along the spline, and their distances from there.
 
     The largest distance is as small as any ordered parameters make it, to 0.05 %, where the branch found is the right
@@ -43,7 +44,10 @@ def match(spline: BSpline, points: Array) -> tuple[Array, Array]:
         return u, distances(spline, points, u)
     if u is None or not _in_reach(spline, points, u):
         u = _spread(spline, points)
-    feet = np.concatenate([_feet(spline, points[rows], u[rows]) for rows in blocks(len(u))])
+    feet = np.empty(len(u))
+    for rows in blocks(len(u)):
+        progress(rows.start / len(u))
+        feet[rows] = _feet(spline, points[rows], u[rows])
     behind, ahead = np.maximum.accumulate(feet), np.minimum.accumulate(feet[::-1])[::-1]
     u = 0.5 * (behind + ahead)
     return _recheck_largest(spline, points, u, distances(spline, points, u))
