@@ -2,7 +2,7 @@
 # make test    set everything up, run every test
 # make check   the fast loop: format, lint, types, import directions, quick unit tests (core environment)
 # make bench   the benchmark tables of the README
-# make docs    the site of docs/, in out/site
+# make docs    the site of docs/, in out/site (its search needs a server: python -m http.server -d out/site)
 
 PYTHON ?= python3
 export UV_PYTHON_DOWNLOADS = never

@@ -164,3 +164,12 @@ def test_every_page_is_in_the_navigation_and_every_name_in_the_api():
     assert sorted(leaves(config["project"]["nav"])) == [page.name for page in PAGES]
     told = re.findall(r"^::: cadfit\.(\w+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert sorted(name for name in told if name in cadfit.__all__) == cadfit.__all__
+
+
+@pytest.mark.skipif(not (ROOT / "out" / "site").is_dir(), reason="the site is not built: make docs")
+def test_the_site_fetches_nothing_from_elsewhere():
+    pages = list((ROOT / "out" / "site").rglob("*.html"))
+    assert {page.name for page in pages} >= {page.with_suffix(".html").name for page in PAGES}
+    for page in pages:
+        fetched = re.findall(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*", page.read_text())
+        assert fetched == [], page
