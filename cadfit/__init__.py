@@ -38,9 +38,10 @@ if TYPE_CHECKING:
     from cadfit.points.parametrize import parametrize as parametrize
     from cadfit.sweeping.frames import Frames as Frames
     from cadfit.sweeping.frames import frames as frames
-    from cadfit.sweeping.mesh import tube as tube
+    from cadfit.sweeping.frenet import frenet as frenet
     from cadfit.sweeping.profile import Profile as Profile
     from cadfit.sweeping.sweep import sweep as sweep
+    from cadfit.sweeping.tube import tube as tube
 
 _HOME = {
     "BSpline": "bspline",
@@ -64,6 +65,7 @@ _HOME = {
     "fit_many": "batch",
     "fit_planes": "fitting.planes",
     "frames": "sweeping.frames",
+    "frenet": "sweeping.frenet",
     "interpolate": "fitting.interpolate",
     "join": "joining",
     "local_spline": "fitting.local",
@@ -74,7 +76,7 @@ _HOME = {
     "polyline": "joining",
     "read": "files",
     "sweep": "sweeping.sweep",
-    "tube": "sweeping.mesh",
+    "tube": "sweeping.tube",
     "write": "files",
 }
 

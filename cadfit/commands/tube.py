@@ -28,7 +28,7 @@ def tube(
     from cadfit.files.facts import facts, summary
     from cadfit.joining import join
     from cadfit.methods import How, made
-    from cadfit.sweeping.mesh import tube as swept
+    from cadfit.sweeping.tube import tube as swept
 
     how = How(method, closed, tension, curvature)
     with busy(f"sweeping along {source}", quiet):

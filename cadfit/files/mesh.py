@@ -41,6 +41,14 @@ def write(path: Path, mesh: Any, unit: str) -> None:
             f"{suffix} holds 32-bit numbers, in which {lost} of {len(vertices)} vertices would fall on others: "
             "move the mesh to the origin, or write .3mf or .obj"
         )
+    if "uv" in mesh.face_attributes:
+        if suffix in (".glb", ".obj"):
+            from cadfit.sweeping.texture import textured
+
+            mesh = textured(mesh)
+        else:  # the others have no place for it
+            mesh = mesh.copy()
+            del mesh.face_attributes["uv"]
     options = {}
     if suffix == ".obj":  # trimesh writes 8 decimals, whatever the size
         size = float(np.abs(vertices).max(initial=1e-300))

@@ -28,6 +28,7 @@ Complex = NDArray[np.complex128]
 
 SMOOTH = 1e-6  # radians: a smaller break of the tangent is rounding, a larger one is a corner
 SLOW = 1e-9  # of the largest handle: a shorter one is looked at closely, for it may have no direction
+_LEVEL = 1e-6  # the sine of the least angle between a tangent and `up`
 _NOISE = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: what rounding leaves of a difference
 
 
@@ -38,7 +39,8 @@ class Frames:
     Tangent, normal and binormal are right-handed unit vectors. `lengths` (n,) is the arc length from the path's start
     (Simpson's rule from station to station). `holonomy` is the angle in radians by which the transported normal of a
     closed path missed its start, counted about the tangent; it has been spread over the frames, so that the seam
-    closes. It is 0.0 on an open path.
+    closes. It is 0.0 on an open path. `error` estimates the angle in radians by which the last normal may be off: the
+    difference that half steps make, times the square of each step's bend, which is what the extrapolation leaves.
     """
 
     origins: Array
@@ -47,6 +49,7 @@ class Frames:
     binormals: Array
     lengths: Array
     holonomy: float = 0.0
+    error: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("origins", "tangents", "normals", "binormals", "lengths"):
@@ -58,7 +61,7 @@ class Frames:
         return len(self.lengths)
 
 
-def frames(spline: BSpline, parameters: ArrayLike) -> Frames:
+def frames(spline: BSpline, parameters: ArrayLike, up: ArrayLike | None = None) -> Frames:
     """Return the rotation-minimizing frames of a path at the given parameters (n,), in any order.
 
     `spline` has 2 or 3 dimensions (2D lies in z = 0). The frames turn about the tangent as little as the path's bending
@@ -67,11 +70,15 @@ def frames(spline: BSpline, parameters: ArrayLike) -> Frames:
     also as two half steps, whose difference takes the error from fourth to sixth order. On a closed path with
     one tangent at the seam the angle left over, `Frames.holonomy`, is spread evenly along the arc length.
 
+    With `up` (3,) there is no transport: every binormal is `up` made square to the tangent, every normal level, as on
+    a road without banking. Frenet's frames are `cadfit.frenet`.
+
     Where the path stands still (a cusp, repeated poles) the tangent is the direction in which it leaves, at the very
     end that in which it arrives. At a corner it is the tangent after the corner. Where the tangent turns straight
     back, every normal is as good as another, and the one given depends on rounding.
 
-    Raises ValueError for a path of another dimension, for one that never moves, and for a parameter outside its domain.
+    Raises ValueError for a path of another dimension, for one that never moves, for a parameter outside its domain, and
+    where the path runs along `up`.
     Source: Wang, Jüttler, Zheng, Liu 2008, sections 4 and 6.1; Richardson's extrapolation of the step angles is ours.
 
     >>> path = BSpline([[0, 0, 0], [2, 0, 0], [3, 1, 0], [3, 3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
@@ -112,8 +119,12 @@ def frames(spline: BSpline, parameters: ArrayLike) -> Frames:
     twice = np.where(twice == 0.0, whole, twice)
     # One step's phase is off by c h^5, that of two half steps by c h^5 / 16: Richardson gives 16 / 15 of the one less
     # 1 / 15 of the other, which for phases as near as these is the direction of this sum.
-    phases = transported(psi, 16.0 * twice / np.abs(twice) - whole / np.abs(whole))
+    twice /= np.abs(twice)
+    whole /= np.abs(whole)
     tangents = directions / speeds
+    bends = tangents[:, 1:] - tangents[:, :-1]
+    error = 2.0 / 15.0 * float(np.einsum("n,dn,dn->", np.abs(twice - whole), bends, bends))
+    phases = transported(psi, 16.0 * twice - whole)
     angle = 0.0
     if path.closed and norms(tangents[:, :1] - tangents[:, -1:]) <= SMOOTH:
         angle = holonomy(psi, phases)
@@ -122,7 +133,37 @@ def frames(spline: BSpline, parameters: ArrayLike) -> Frames:
     across = np.stack([a * a - c * c, 1j * (a * a + c * c), -2.0 * a * c]) * (phases / squares)
     at = np.searchsorted(u, wanted)
     origins, along, normals, binormals = (rows.T[at] for rows in (points, tangents, across.real, across.imag))
-    return Frames(origins, along, normals, binormals, lengths[at], angle)
+    found = Frames(origins, along, normals, binormals, lengths[at], angle, error)
+    return found if up is None else upright(found, up, wanted)
+
+
+def upright(along: Frames, up: ArrayLike, parameters: Array) -> Frames:
+    """Return frames turned about their tangents so that every binormal lies in a plane with `up`, on its side.
+
+    Raises ValueError where a tangent is along `up`, with its parameter (`parameters` (n,) are those of the frames).
+
+    >>> path = BSpline([[0, 0, 0], [0, 1, 0], [0, 2, 0], [0, 3, 3]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> upright(frames(path, [0.0]), [1, 0, 9], np.zeros(1)).binormals.round(3) + 0.0
+    array([[0.11 , 0.   , 0.994]])
+    """
+    axis = np.asarray(up, dtype=np.float64)
+    if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
+        raise ValueError(
+            f"`up` must be a vector of three finite numbers, not all zero, and not {np.asarray(up).tolist()}"
+        )
+    axis = axis / np.linalg.norm(axis)
+    normals = np.cross(axis, along.tangents)
+    sizes = np.linalg.norm(normals, axis=1)
+    if sizes.size and sizes.min() < _LEVEL:
+        worst = int(np.argmin(sizes))
+        x, y, z = along.origins[worst]
+        raise ValueError(
+            f"the path runs along `up` at the parameter {parameters[worst]:g}, near ({x:g}, {y:g}, {z:g}): "
+            "no side of it is up there"
+        )
+    normals /= sizes[:, None]
+    binormals = np.cross(along.tangents, normals)
+    return Frames(along.origins, along.tangents, normals, binormals, along.lengths)
 
 
 def lifted(spline: BSpline) -> BSpline:

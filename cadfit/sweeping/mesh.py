@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-import operator
-import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.bspline import BSpline
-from cadfit.sweeping.frames import Complex, carried, holonomy, lifted, running, spinors, transported
-from cadfit.sweeping.stations import Chain, breaks, chain, stationed, tightest
+from cadfit.sweeping.frames import Complex, carried, holonomy, running, spinors, transported
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -21,45 +17,6 @@ if TYPE_CHECKING:
 _FEWEST_SIDES = 6
 _FIRST_RINGS = 64
 _TINY = 1e-150  # in place of zero under a fraction
-_FINEST = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: no tolerance can be finer
-
-
-def tube(spline: BSpline, radius: float, tolerance: float | None = None, sides: int | None = None) -> Trimesh:
-    """Return the tube of a radius around a path, as a watertight `trimesh.Trimesh` with outward normals.
-
-    `spline` has 2 or 3 dimensions (2D lies in z = 0); `radius` and `tolerance` are in its unit. The mesh stays within
-    `tolerance` (default: a hundredth of the radius) of the exact tube, in both directions: half of it is for the
-    polygon that stands for the circle, half for the chords between rings. `sides` (default: as many as the tolerance
-    needs, at least 6) overrides the first half. The rings are perpendicular to the exact tangents and follow
-    rotation-minimizing frames (`cadfit.frames`). Their polygon has the area of the circle, or as much more
-    as makes up for the chords along the path, so the volume is right on average and not always low: it differs from
-    pi radius^2 length by less than `tolerance` times 2 pi radius length. Open paths get flat caps; a path whose last
-    pole is its first becomes a closed ring without them.
-
-    Warns (UserWarning) where the path bends more tightly than the radius, so that the tube passes through itself, with
-    the place and the largest radius that would do. Distant parts of the path that come near each other are not looked
-    for. Raises TypeError for anything but a BSpline; ValueError for another dimension, a radius or tolerance that is
-    not above zero, fewer than 3 sides, a path that never moves, and a corner (a break of the tangent by more
-    than 1e-6 radians), naming its place and angle.
-
-    >>> path = BSpline([[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 3]], [0, 0, 0, 0, 1, 1, 1, 1])
-    >>> mesh = tube(path, radius=1.0, sides=8)
-    >>> mesh.is_watertight, len(mesh.faces), round(float(mesh.volume) / np.pi, 12)
-    (True, 28, 3.0)
-    """
-    path = lifted(spline)
-    radius = _positive(radius, "radius")
-    tolerance = _positive(radius / 100.0 if tolerance is None else tolerance, "tolerance")
-    smallest = _FINEST * (float(np.abs(path.poles).max()) + radius)
-    if tolerance < smallest:
-        raise ValueError(f"the tolerance {tolerance:g} is below what numbers of this size hold: {smallest:.3g} or more")
-    sides = _sides(radius, 0.5 * tolerance) if sides is None else operator.index(sides)
-    if sides < 3:
-        raise ValueError(f"a tube needs at least 3 sides, not {sides}")
-    whole = chain(path)
-    _look_at_bends(path, whole, radius)
-    points, tangents = stationed(whole, radius, 0.5 * tolerance)
-    return around(points, tangents, path.closed, radius, sides, 0.5 * tolerance)
 
 
 def around(points: Array, tangents: Array, closed: bool, radius: float, sides: int, slack: float) -> Trimesh:
@@ -87,7 +44,7 @@ def around(points: Array, tangents: Array, closed: bool, radius: float, sides: i
         # Twisted by an angle d a step, the diagonals of the walls cut in (or bulge), and the section halfway, and
         # with it the volume (the prismatoid formula), change by a part of -tan(pi / sides) d / 3.
         spans *= 1.0 + math.tan(math.pi / sides) / 3.0 * twist * lengths
-    radii = radius * np.sqrt(_swelling(lengths, spans, closed, (1.0 + slack / radius) ** 2))
+    radii = radius * np.sqrt(swelling(lengths, spans, closed, (1.0 + slack / radius) ** 2))
     vertices = ring_points(points, psi, factors * (radii / sizes), _disc_weights(sides))
     rings = points.shape[1] - closed
     return trimesh.Trimesh(vertices[: rings * sides], tube_faces(rings, sides, closed), process=False)
@@ -200,7 +157,7 @@ def _first_faces(sides: int) -> tuple[Ints, Ints]:
     return walls, caps
 
 
-def _swelling(lengths: Array, spans: Array, closed: bool, most: float) -> Array:
+def swelling(lengths: Array, spans: Array, closed: bool, most: float) -> Array:
     """Return the factor (n,) on each ring's area that makes up for the volume lost to the chords, at most `most`.
 
     Between two rings perpendicular to the tangents t, t' lies the area times v . (t + t') / 2, v the chord. Weighting
@@ -220,7 +177,7 @@ def _circumradius(sides: int) -> float:
     return math.sqrt(angle / math.sin(angle))
 
 
-def _sides(radius: float, tolerance: float) -> int:
+def sides_for(radius: float, tolerance: float) -> int:
     """Return how many sides keep the polygon of equal area within the tolerance of the circle, inside and outside.
 
     A corner is outside by about (pi / n)^2 / 3 of the radius, the middle of an edge inside by half as much.
@@ -229,36 +186,3 @@ def _sides(radius: float, tolerance: float) -> int:
     while radius * (_circumradius(sides) - 1.0) > tolerance:
         sides += 1
     return sides
-
-
-def _look_at_bends(path: BSpline, whole: Chain, radius: float) -> None:
-    """Raise for the first corner; warn of the tightest bend where it is tighter than the radius."""
-    cusp = None
-    for u, angle in zip(*breaks(whole, path.closed), strict=True):
-        # Only a triple knot can break the tangent of a path that moves; a closed path's seam is like one.
-        if u == path.knots[-1] or np.count_nonzero(path.knots == u) == 3:
-            raise ValueError(
-                f"the path has a corner of {math.degrees(angle):.4g} degrees at the parameter {u:g}: "
-                "sweep the parts between corners one by one"
-            )
-        cusp = float(u)
-    u, bend = tightest(whole, radius) if cusp is None else (cusp, 0.0)
-    if bend <= radius:
-        x, y, z = path(u)
-        remedy = f"a radius below {bend:.4g} would do" if bend > 0.0 else "it turns on the spot, so no radius would do"
-        warnings.warn(
-            f"the tube passes through itself at the parameter {u:g}, near ({x:g}, {y:g}, {z:g}): the path bends there "
-            f"with a radius of {bend:.4g}, below the tube's {radius:g}; {remedy}",
-            UserWarning,
-            stacklevel=3,
-        )
-
-
-def _positive(value: float, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"the {name} must be a number, not {value!r}") from None
-    if not (math.isfinite(number) and number > 0.0):
-        raise ValueError(f"the {name} must be finite and above zero, not {number:g}")
-    return number

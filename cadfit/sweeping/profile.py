@@ -96,7 +96,7 @@ def polygons(profile: Profile, tolerance: float) -> list[Array]:
 def _polygon(loop: BSpline, tolerance: float, area: float) -> Array:
     solid = loop.transformed(np.eye(3, 2))
     whole = chain(solid)
-    points, tangents = (rows[:2, :-1] for rows in stationed(whole, 0.0, 1.5 * tolerance))
+    points, tangents = (rows[:2, :-1] for rows in stationed(whole, 1e-6 * tolerance, 1.5 * tolerance))
     corners = breaks(whole, closed=True)[0]
     smooth = np.ones(points.shape[1], dtype=bool)
     if len(corners):

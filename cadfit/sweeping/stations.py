@@ -81,29 +81,19 @@ def stationed(whole: Chain, radius: float, tolerance: float) -> tuple[Array, Arr
            [0., 0.],
            [0., 0.]])
     """
-    todo, done, total = whole, [], 0.0
-    while True:
-        turns = todo.lengths * todo.curvatures
-        needed = np.maximum(np.sqrt((todo.lengths + radius * turns) * turns / (8.0 * tolerance)), turns / STEEPEST)
-        needed[todo.lengths <= 1e-3 * tolerance] = 1.0
-        counts = np.maximum(np.ceil(needed - 1e-9), 1.0)
-        # A part that does not bend evenly gets more rings than it needs: it is cut and looked at again, unless they are
-        # few, its own or among all.
-        uneven = counts > _FEW
-        if uneven.any():
-            uneven &= todo.curvatures > 1.5 * _bends(todo).min(axis=0)
-        if counts[uneven].sum() <= _SPARE * (total + counts.sum()) < np.inf:
-            done.append((todo, counts))
-            break
-        done.append((todo[~uneven], counts[~uneven]))
-        total += counts[~uneven].sum()
-        todo = _cut(todo[uneven], np.clip(counts[uneven] / _FEW, 2, _MANY).astype(np.intp))
-    if len(done) > 1:
-        every = (np.concatenate([getattr(part, name) for part, _ in done], axis=-1) for name in Chain.__slots__)
-        todo, counts = Chain(*every), np.concatenate([counts for _, counts in done])
-        order = np.argsort(todo.starts, kind="stable")
-        todo, counts = todo[order], counts[order]
-    return _placed(todo, counts.astype(np.intp))
+    return _placed(*_divided(whole, radius, tolerance))
+
+
+def station_parameters(whole: Chain, radius: float, tolerance: float) -> Array:
+    """Return the parameters (n,) at which `stationed` places its rings, rising.
+
+    >>> straight = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> station_parameters(chain(straight), 1.0, 1e-6)
+    array([0., 1.])
+    """
+    parts, counts = _divided(whole, radius, tolerance)
+    owner, t = _shared(counts)
+    return np.append(parts.starts[owner] + t * parts.widths[owner], whole.starts[-1] + whole.widths[-1])
 
 
 def tightest(whole: Chain, limit: float) -> tuple[float, float]:
@@ -230,6 +220,33 @@ def _cut(parts: Chain, counts: Ints) -> Chain:
     widths = parts.widths[owner]
     inner = np.stack([leaving, leaving + share * slope, arriving])
     return _bounded(origins, share * inner, parts.starts[owner] + t * widths, share * widths)
+
+
+def _divided(whole: Chain, radius: float, tolerance: float) -> tuple[Chain, Ints]:
+    """Return parts of a path, in order, and the number of steps that each of them needs: see `stationed`."""
+    todo, done, total = whole, [], 0.0
+    while True:
+        turns = todo.lengths * todo.curvatures
+        needed = np.maximum(np.sqrt((todo.lengths + radius * turns) * turns / (8.0 * tolerance)), turns / STEEPEST)
+        needed[todo.lengths <= 1e-3 * tolerance] = 1.0
+        counts = np.maximum(np.ceil(needed - 1e-9), 1.0)
+        # A part that does not bend evenly gets more rings than it needs: it is cut and looked at again, unless they are
+        # few, its own or among all.
+        uneven = counts > _FEW
+        if uneven.any():
+            uneven &= todo.curvatures > 1.5 * _bends(todo).min(axis=0)
+        if counts[uneven].sum() <= _SPARE * (total + counts.sum()) < np.inf:
+            done.append((todo, counts))
+            break
+        done.append((todo[~uneven], counts[~uneven]))
+        total += counts[~uneven].sum()
+        todo = _cut(todo[uneven], np.clip(counts[uneven] / _FEW, 2, _MANY).astype(np.intp))
+    if len(done) > 1:
+        every = (np.concatenate([getattr(part, name) for part, _ in done], axis=-1) for name in Chain.__slots__)
+        todo, counts = Chain(*every), np.concatenate([counts for _, counts in done])
+        order = np.argsort(todo.starts, kind="stable")
+        todo, counts = todo[order], counts[order]
+    return todo, counts.astype(np.intp)
 
 
 def _placed(parts: Chain, counts: Ints) -> tuple[Array, Array]:

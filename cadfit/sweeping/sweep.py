@@ -2,25 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.joining import join
-from cadfit.sweeping.caps import flat_cap
-from cadfit.sweeping.frames import frames, lifted
+from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
+from cadfit.sweeping.corners import SHARPEST
+from cadfit.sweeping.course import Course, Joint, course_of
+from cadfit.sweeping.frames import lifted
+from cadfit.sweeping.judging import crossings
+from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
-from cadfit.sweeping.stations import chain, stationed
+from cadfit.sweeping.repair import united
+from cadfit.sweeping.rings import Rings, Short, placed
+from cadfit.sweeping.section import Section
+from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError, SelfIntersectionWarning
+from cadfit.sweeping.stations import breaks, chain
+from cadfit.sweeping.texture import ATTRIBUTE, dome_texture, wall_texture
+from cadfit.sweeping.volume import grown, volume
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-Law = float | Callable[[Any], ArrayLike] | ArrayLike | BSpline
 Caps = Literal["flat", "round", "none"]
 OnSelfIntersection = Literal["raise", "warn", "repair"]
+
+_FINEST = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: no tolerance can be finer
+_SHARE = 0.35  # of the tolerance for the profile's chords, and as much for those along the path
+_TWISTED = 0.15  # for twisted walls
+_GROWTH = 0.3  # for what makes the volume right; it takes back what chords cut off, or what they bulge
 
 
 def sweep(
@@ -33,47 +51,240 @@ def sweep(
     up: ArrayLike | None = None,
     caps: Caps = "flat",
     on_self_intersection: OnSelfIntersection = "warn",
+    texture: bool = False,
 ) -> Trimesh:
     """Return a profile swept along a path, as a watertight `trimesh.Trimesh` with outward normals.
 
-    `path`: a `BSpline` in 2 or 3 dimensions (2D lies in z = 0), a `Fit`, or several curves end to end; `profile`: a
+    `path`: a `BSpline` in 2 or 3 dimensions (2D lies in z = 0), a `Fit`, or several curves end to end. `profile`: a
     `Profile`, a polygon (n, 2), a closed `BSpline` in two dimensions, a `Fit`. The path runs through the profile's
     origin; see `Profile` for its directions. Lengths are in one unit.
+
+    The mesh stays within `tolerance` (default: a hundredth of the profile's reach) of the exact surface, both ways.
+    The profile follows rotation-minimizing frames, or with `up` (3,) those whose binormals are up. `scale` and `twist`
+    (radians, from the normal toward the binormal) vary along the path: a number, a function of its parameters (n,), a
+    `BSpline` of one coordinate over its domain, parameters and values (n, 2), or, for a path that is a `Fit`, values
+    (n,) at its points; a single number for the twist is the turn over the whole path, spread evenly by its parameter.
+
+    Open paths get `caps`: "flat", "round" (no holes), or "none", which leaves the ends open. A path whose last pole is
+    its first becomes a closed ring. At corners the profile is mitred, exactly between straight legs; where a leg is
+    curved, its fibres run straight to the mitre from the last ring before it.
+
+    A sweep that would pass through itself (a bend tighter than the profile reaches, a cusp, a leg too short for its
+    mitres, distant parts that touch) is said to, with the place and the largest reach that would do:
+    `on_self_intersection` "warn" (`SelfIntersectionWarning`) returns it all the same, closed but wrong there, "raise"
+    (`SelfIntersectionError`, a ValueError) does not, and "repair" returns the space that the profile passes through,
+    as a mesh that does not pass through itself (needs manifold3d: the extra `repair`).
+
+    With `texture` the mesh has `face_attributes["uv"]` (f, 3, 2), lengths along the path and around the profile;
+    `cadfit.sweeping.texture.textured` makes of it what programs draw, and .glb and .obj files are written so. Repaired
+    meshes have none.
+
+    Raises TypeError for what is no path or profile, ValueError for a scale or tolerance that is not above zero, a
+    twist or scale that does not close with the path, and as `frames`, `Profile` and `laws.law_of` do.
+
+    >>> from cadfit.joining import polyline
+    >>> mesh = sweep(polyline([[0, 0, 0], [5, 0, 0], [5, 5, 0]]), [[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    >>> mesh.is_watertight, round(float(mesh.volume), 9)
+    (True, 40.0)
     """
+    along, at = path_of(path)
+    shape = Profile.of(profile)
+    if caps == "round" and shape.holes:
+        raise ValueError("round caps are for profiles without holes")
+    tolerance = positive(shape.reach / 100.0 if tolerance is None else tolerance, "tolerance")
+    relative = tolerance / shape.reach
+    sizes = law_of(scale, along.domain, "scale", 0.1 * relative, at)
+    if is_number(twist):
+        twist = np.array([[along.domain[0], 0.0], [along.domain[1], twist]], dtype=np.float64)
+    turns = law_of(twist, along.domain, "twist", 0.1 * relative, at)
+    loops = polygons(shape, _SHARE * tolerance / largest(sizes))
+    section = Section(loops, [sizes] * len(loops), turns)
+    return swept(along, section, up, Wanted(tolerance, caps, on_self_intersection, texture))
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is wanted of a sweep: see `sweep`. `what` is what messages call the reach."""
+
+    tolerance: float
+    caps: Caps
+    on_self_intersection: OnSelfIntersection
+    texture: bool = False
+    what: str = "reach"
+
+    def check(self, path: BSpline, reach: float) -> None:
+        """Raise ValueError for choices there are not, and for a tolerance finer than the numbers are."""
+        for name, choices in (("caps", Caps), ("on_self_intersection", OnSelfIntersection)):
+            if getattr(self, name) not in get_args(choices):
+                known = ", ".join(get_args(choices))
+                raise ValueError(f"{name} must be one of {known}, not {getattr(self, name)!r}")
+        least = _FINEST * (float(np.abs(path.poles).max()) + reach)
+        if self.tolerance < least:
+            raise ValueError(
+                f"the tolerance {self.tolerance:g} is below what numbers of this size hold: {least:.3g} or more"
+            )
+
+    def tell(self, found: list[Crossing]) -> None:
+        """Raise or warn of crossings, or leave it to the repair."""
+        if not found or self.on_self_intersection == "repair":
+            return
+        line = found[0].said(self.what) + (f" (and {len(found) - 1} more)" if found[1:] else "")
+        if self.on_self_intersection == "raise":
+            raise SelfIntersectionError(found, line)
+        warnings.warn(SelfIntersectionWarning(line), stacklevel=4)
+
+
+def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted) -> Trimesh:
+    """Return the mesh of a section swept along a path in three dimensions: see `sweep`."""
     from trimesh import Trimesh
 
-    if not (scale == 1.0 and twist == 0.0 and up is None and caps == "flat" and on_self_intersection == "warn"):
-        raise NotImplementedError("so far profiles are swept as they are, with flat caps")
-    path = path_of(path)
-    profile = Profile.of(profile)
-    tolerance = profile.reach / 100.0 if tolerance is None else tolerance
-    loops = polygons(profile, 0.5 * tolerance)
-    points, _ = stationed(chain(path), profile.reach, 0.5 * tolerance)
-    u, _ = path.nearest(points.T)
-    along = frames(path, u)
-    corners = np.concatenate(loops)
-    rings = along.origins[:, None] + np.einsum(
-        "kd,ndx->nkx", corners, np.stack([along.normals, along.binormals], axis=1)
-    )
-    count = len(rings) - path.closed
-    k = len(corners)
-    starts = np.concatenate([[0], np.cumsum([len(loop) for loop in loops])])
-    here = np.arange(k)
-    there = np.concatenate([np.roll(here[a:b], -1) for a, b in zip(starts[:-1], starts[1:], strict=True)])
-    wall = np.concatenate([np.column_stack([here, there, there + k]), np.column_stack([here, there + k, here + k])])
-    faces = (wall + k * np.arange(len(rings) - 1)[:, None, None]).reshape(-1, 3)
+    _check_section(path, section)
+    wanted.check(path, section.reach)
+    share = _SHARE * wanted.tolerance
+    whole = chain(path)
+    corners, angles = breaks(whole, path.closed)
+    joints = [Joint(float(u), bool(angle <= SHARPEST)) for u, angle in zip(corners, angles, strict=True)]
+    axis = None if up is None else np.asarray(up, dtype=np.float64)
+    course = course_of(path, joints, axis)
+    section, rings, short = _untwisted(course, section, wanted.tolerance)
+    found = crossings(path, whole, corners[angles > SHARPEST], rings, section, short)
+    wanted.tell(found)
+    if short:  # where a mitre has no room, the profile turns on the spot
+        course = course_of(path, _without(joints, short, path), axis)
+        rings, _ = placed(course, section, share)
+    if not found:
+        rings = _grown(rings, section, course, wanted.tolerance)
+    elif wanted.on_self_intersection == "repair":
+        if wanted.caps == "none" and not path.closed:
+            raise ValueError("a sweep without caps encloses nothing that could be repaired")
+        loops = section.parted(section.at(np.array(path.domain[:1]))[0])
+        parts = rings.points, rings.centres, rings.tangents
+        return Trimesh(*united(*parts, loops, path.closed, wanted.caps == "round", share), process=False)
+    vertices, faces, lids = _surface(rings, section, path.closed, wanted.caps, share)
+    mesh = Trimesh(vertices, faces, process=False)
+    if wanted.texture:
+        mesh.face_attributes[ATTRIBUTE] = _texture(rings, section, course, wanted.caps, lids)
+    return mesh
+
+
+def _without(joints: list[Joint], short: list[Short], path: BSpline) -> list[Joint]:
+    """Return the joints with those at the ends of short legs not mitred."""
+    ends = {leg.start for leg in short} | {leg.end for leg in short}
+    ends |= {path.domain[1]} if path.domain[0] in ends else set()
+    return [Joint(joint.parameter, joint.mitred and joint.parameter not in ends) for joint in joints]
+
+
+def _grown(rings: Rings, section: Section, course: Course, tolerance: float) -> Rings:
+    """Return the rings a little larger or smaller, so that the volume is the exact one."""
+    faces = _walls(rings, section, course.closed, "flat")
+    most = _GROWTH * tolerance / (section.outside * section.reach)
+    exact = volume(course, section, rings.parameters)
+    return replace(rings, points=grown(rings.points, rings.centres, faces, exact, most))
+
+
+def _untwisted(course: Course, section: Section, tolerance: float) -> tuple[Section, Rings, list[Short]]:
+    """Return the section with its edges cut so that no wall is twisted by more than the tolerance, and its rings."""
+    rings, short = placed(course, section, _SHARE * tolerance)
+    cuts = _cuts(rings, section.loops, course.closed, _TWISTED * tolerance)
+    if max(int(cut.max()) for cut in cuts) > 1:
+        loops = [_cut_edges(loop, cut) for loop, cut in zip(section.loops, cuts, strict=True)]
+        section = replace(section, loops=loops)
+        rings, short = placed(course, section, _SHARE * tolerance)
+    return section, rings, short
+
+
+def _cuts(rings: Rings, loops: Sequence[Array], closed: bool, spare: float) -> list[Ints]:
+    """Return into how many parts each edge is to be cut: a wall of four points strays from the surface between them.
+
+    The two triangles and the doubly ruled surface through the points differ most in the middle, by a quarter of the
+    edges' difference; only what is across the wall counts.
+    """
+    points = np.concatenate([rings.points, rings.points[:1]]) if closed else rings.points
+    found, start = [], 0
+    for n in map(len, loops):
+        edges = np.roll(points[:, start : start + n], -1, axis=1) - points[:, start : start + n]
+        across = np.cross(points[1:, start : start + n] - points[:-1, start : start + n], edges[:-1])
+        sizes = np.linalg.norm(across, axis=2)
+        astray = np.abs(np.einsum("nkd,nkd->nk", edges[1:] - edges[:-1], across)) / np.where(sizes > 0, sizes, 1.0)
+        found.append(np.maximum(np.ceil(0.25 * astray.max(axis=0) / spare - 1e-9), 1).astype(np.intp))
+        start += n
+    return found
+
+
+def _cut_edges(loop: Array, counts: Ints) -> Array:
+    """Return a polygon (k, 2) with each edge cut into so many equal parts."""
+    owner = np.repeat(np.arange(len(loop)), counts)
+    t = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
+    return np.asarray(loop[owner] + t[:, None] * (np.roll(loop, -1, axis=0) - loop)[owner])
+
+
+def _surface(
+    rings: Rings, section: Section, closed: bool, caps: Caps, tolerance: float
+) -> tuple[Array, Ints, list[int]]:
+    """Return the vertices, the triangles of the walls and the caps, and how many vertices each round cap adds."""
+    n, k = rings.points.shape[:2]
+    vertices, faces = [rings.points.reshape(-1, 3)], [_walls(rings, section, closed, caps)]
+    if not closed and caps == "round":
+        for end, outward in ((0, -1.0), (-1, 1.0)):
+            over = dome(rings.points[end], rings.centres[end], outward * rings.tangents[end], tolerance)
+            lid = dome_walls((n - 1) * k * (end == -1), k, sum(map(len, vertices)), len(over))
+            vertices.append(over)
+            faces.append(lid if end == -1 else lid[:, ::-1])
+    return np.concatenate(vertices), np.concatenate(faces), list(map(len, vertices[1:]))
+
+
+def _texture(rings: Rings, section: Section, course: Course, caps: Caps, lids: list[int]) -> Array:
+    """Return the texture coordinates of the faces of `_surface`, whose round caps have so many vertices."""
+    total = float(course.started[-1])
+    loops = section.parted(section.at(rings.parameters[:1])[0])
+    parts = [wall_texture(np.append(rings.lengths, [total] * course.closed), loops)]
+    if not course.closed and caps == "flat":
+        for k, way in ((0, -1), (-1, 1)):
+            flat = section.at(rings.parameters[[k]])[0]
+            parts.append(flat[flat_cap(section.parted(flat))[:, ::way]])
+    for points, length, way in zip(lids, (0.0, total), (-1, 1), strict=False):
+        parts.append(dome_texture(length, way, section.reach, loops[0], points)[:, ::way])
+    return np.concatenate(parts)
+
+
+def _walls(rings: Rings, section: Section, closed: bool, caps: Caps) -> Ints:
+    """Return the triangles of the walls, and of flat caps where such are wanted."""
+    n, k = rings.points.shape[:2]
+    faces = [walls(n, [len(loop) for loop in section.loops], closed)]
+    if not closed and caps == "flat":
+        first, last = (flat_cap(section.parted(end)) for end in section.at(rings.parameters[[0, -1]]))
+        faces += [first[:, ::-1], last + k * (n - 1)]
+    return np.concatenate(faces)
+
+
+def _check_section(path: BSpline, section: Section) -> None:
+    if (low := min(map(smallest, section.scales))) <= 0.0:
+        raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g} or below")
     if path.closed:
-        faces %= count * k
-    else:
-        cap = flat_cap(loops)
-        faces = np.concatenate([faces, cap[:, ::-1], cap + k * (count - 1)])
-    return Trimesh(rings[:count].reshape(-1, 3), faces, process=False)
+        first, last = section.at(np.array(path.domain))
+        if np.abs(last - first).max() > 1e-9 * section.reach:
+            raise ValueError("the path is closed, but the profile does not end as it starts: see its scale and twist")
 
 
-def path_of(path: Any) -> BSpline:
-    """Return the path of a spline, a fit or several curves as one B-spline in three dimensions."""
-    if isinstance(path, Sequence):
+def path_of(path: Any) -> tuple[BSpline, Array | None]:
+    """Return the path of a spline, a fit or several curves in three dimensions, and the parameters of a fit's points.
+
+    A fit's points include those of its rows that repeated others: for values given row by row.
+    """
+    at = getattr(path, "parameters", None)
+    if isinstance(path, (list, tuple)):
         path = join(path)
     elif hasattr(path, "curves"):
         path = join(path.curves)
-    return lifted(path)
+    return lifted(path), at
+
+
+def positive(value: Any, name: str) -> float:
+    """Return a number as a float; raises TypeError for what is none, ValueError unless it is finite and above zero."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"the {name} must be a number, not {value!r}") from None
+    if not (math.isfinite(number) and number > 0.0):
+        raise ValueError(f"the {name} must be finite and above zero, not {number:g}")
+    return number

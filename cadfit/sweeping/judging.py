@@ -1,0 +1,84 @@
+"""What a sweep's rings say of bends, corners and parts that come near each other: the crossings to report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cadfit.bezier import Array
+from cadfit.bspline import BSpline
+from cadfit.sweeping.rings import Rings, Short
+from cadfit.sweeping.section import Section
+from cadfit.sweeping.selfintersection import Crossing, touching
+from cadfit.sweeping.stations import Chain, tightest
+
+_WINDOW = 200  # samples to either side when the nearest places of two parts are looked for
+
+
+def crossings(
+    path: BSpline, whole: Chain, cusps: Array, rings: Rings, section: Section, short: list[Short]
+) -> list[Crossing]:
+    """Return where a sweep passes through itself: each kind, the worst place of each first.
+
+    `cusps` are the parameters where the path turns back, `short` the legs without room for their mitres.
+    """
+    reach = section.reach
+    outline = rings.points[:, : len(section.loops[0])]
+    arms = (outline - rings.centres[:, None]) / section.outside
+    found = [Crossing("cusp", float(u), path(u), reach, 0.0) for u in cusps]
+    found += _bends(path, whole, rings.parameters, arms, reach)
+    found += [
+        Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
+        for leg in sorted(short, key=lambda leg: leg.factor)
+    ]
+    pairs = touching(outline, rings.centres, rings.tangents, path.closed, reach)
+    if pairs:
+        sizes = [np.linalg.norm(arms[k], axis=1).max() for k in pairs[0]]
+        found.append(nearest_parts(path, rings.centres, float(max(sizes)), *pairs[0]))
+    return found
+
+
+def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float) -> list[Crossing]:
+    """Return the worst bend in which a point of the outline moves backward, if there is one.
+
+    `u` (n,) are the parameters of the rings, `arms` (n, k, 3) the outline's points seen from their centres. With the
+    curvature vector k of the path (toward the centre, 1 / radius) and the arm d of a point, the point moves
+    backward where k . d is above 1. A path bounded to bend less than 1 / reach is not looked at more closely.
+    """
+    at, tight = tightest(whole, reach)
+    if tight > reach:
+        return []
+    if tight == 0.0:
+        return [Crossing("cusp", at, path(at), reach, 0.0)]
+    worst, where, size = 0.0, at, reach
+    # At every ring, and on the way to the next, with the arms of both ends.
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        here = u[:-1] + share * np.diff(u)
+        here = np.where(np.diff(u) > 0.0, here, u[:-1])
+        bend = path.curvature(here)
+        for mine in (arms[:-1], arms[1:]):
+            pull = np.einsum("nd,nkd->nk", bend, mine).max(axis=1)
+            k = int(pull.argmax())
+            if pull[k] > worst:
+                worst, where = float(pull[k]), float(here[k])
+                size = float(np.linalg.norm(mine[k], axis=1).max())
+    round_one = np.ptp(np.linalg.norm(arms, axis=2)) <= 0.02 * reach
+    if round_one and worst < reach / tight:  # the tightest bend itself lies between those looked at
+        worst, where, size = reach / tight, at, reach
+    return [Crossing("bend", where, path(where), size, size / worst)] if worst >= 1.0 else []
+
+
+def nearest_parts(path: BSpline, centres: Array, reach: float, i: int, j: int) -> Crossing:
+    """Return the crossing of the walls after two rings, with the distance of the path's parts there.
+
+    `centres` (n, 3) are those of all rings, `reach` is how far the profile reaches at these.
+    """
+    around = []
+    for k in (i, j):
+        near = centres[max(k - 3, 0) : k + 5]
+        u, _ = path.nearest(near)
+        around.append(np.linspace(u.min(), u.max(), 2 * _WINDOW + 1))
+    places = [path(u) for u in around]
+    apart = np.linalg.norm(places[0][:, None] - places[1], axis=2)
+    a, b = np.unravel_index(apart.argmin(), apart.shape)
+    largest = min(0.5 * float(apart[a, b]), reach)
+    return Crossing("near", float(around[0][a]), places[0][a], reach, largest, float(around[1][b]))

@@ -1,0 +1,197 @@
+"""The rings of a sweep: a profile's corners, scaled and turned, in the frames of a path's stations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cadfit.bezier import Array, distance_to_segment
+from cadfit.bspline import BSpline
+from cadfit.sweeping.corners import mitre, overtaken, pivoted
+from cadfit.sweeping.course import Course
+from cadfit.sweeping.frames import Frames
+from cadfit.sweeping.laws import is_constant
+from cadfit.sweeping.mesh import swelling
+from cadfit.sweeping.section import Section
+from cadfit.sweeping.stations import chain, station_parameters
+
+_ROUNDS = 12  # of looking at the chords and cutting those that stray
+_FEW = 24  # fibres that are looked at
+_MOST = 2_000_000  # rings: more is a mistake in the tolerance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rings:
+    """The rings of a sweep in order: `points` (n, k, 3), and for each its place on the path.
+
+    `parameters`, `lengths` (n,), `centres`, `tangents`, `normals` (n, 3). On a closed path the first ring is not
+    repeated at the end.
+    """
+
+    points: Array
+    parameters: Array
+    lengths: Array
+    centres: Array
+    tangents: Array
+    normals: Array
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def rows(self, low: int, high: int) -> Rings:
+        """Return the rings from row `low` to before row `high`."""
+        return Rings(*(getattr(self, name)[low:high] for name in self.__slots__))
+
+    def with_points(self, row: int, points: Array) -> Rings:
+        """Return the rings with other points (k, 3) in one row."""
+        changed = self.points.copy()
+        changed[row] = points
+        return Rings(changed, *(getattr(self, name) for name in self.__slots__[1:]))
+
+    @staticmethod
+    def joined(parts: list[Rings]) -> Rings:
+        """Return the rings of parts one after the other."""
+        return Rings(*(np.concatenate([getattr(part, name) for part in parts]) for name in Rings.__slots__))
+
+
+def placed(course: Course, section: Section, tolerance: float) -> tuple[Rings, list[Short]]:
+    """Return the rings of a section along a course, and the legs too short for their mitres.
+
+    Between two rings every fibre strays from its chord by at most `tolerance`.
+    """
+    parts = []
+    for k, leg in enumerate(course.legs):
+        u = _stations(leg, section, tolerance)
+        if not (course.steady and section.constant):
+            u = _refined(u, _ring_maker(course, k, section), tolerance)
+        f, turned = course.at(k, u)
+        points = _ring_points(u, f, section, turned)
+        larger = _swell(f, course.closed and not course.joints, section.reach, tolerance)
+        points += (larger[:, None, None] - 1.0) * (points - f.origins[:, None])
+        parts.append(Rings(points, u, f.lengths + course.started[k], f.origins, f.tangents, f.normals))
+    return _met(parts, course, tolerance)
+
+
+def _stations(leg: BSpline, section: Section, tolerance: float) -> Array:
+    """Return the stations that the path's bends ask for, and the knots of what varies."""
+    u = station_parameters(chain(leg), section.reach, tolerance)
+    laws = [law for law in (*section.scales, section.twist) if not is_constant(law)]
+    if not laws:
+        return u
+    inner = np.concatenate([law.distinct_knots for law in laws])
+    low, high = leg.domain
+    near = 1e-9 * (high - low)
+    inner = inner[(inner > low + near) & (inner < high - near)]
+    u = np.sort(np.concatenate([u, inner]))
+    return np.asarray(u[np.concatenate([[True], np.diff(u) > near])])
+
+
+def _ring_maker(course: Course, leg: int, section: Section) -> Callable[[Array], Array]:
+    """Return the function from parameters (n,) to the points (n, k, 3) of some fibres of a leg."""
+    far = [np.linalg.norm(loop, axis=1) for loop in section.loops]
+    some = [np.unique(np.append(np.linspace(0, len(r) - 1, min(_FEW, len(r))).astype(int), r.argmax())) for r in far]
+    fewer = replace(section, loops=[loop[rows] for loop, rows in zip(section.loops, some, strict=True)])
+
+    def rings(u: Array) -> Array:
+        f, turned = course.at(leg, u)
+        return _ring_points(u, f, fewer, turned)
+
+    return rings
+
+
+def _ring_points(u: Array, f: Frames, section: Section, turned: Array) -> Array:
+    axes = np.stack([f.normals, f.binormals], axis=1)
+    return np.asarray(f.origins[:, None] + section.at(u, turned) @ axes)
+
+
+def _refined(u: Array, rings: Callable[[Array], Array], tolerance: float) -> Array:
+    """Return more stations where fibres stray from their chords by more than the tolerance, seen at the quarters."""
+    quarters = np.array([0.25, 0.5, 0.75])
+    todo = np.ones(len(u) - 1, dtype=bool)
+    for _ in range(_ROUNDS):
+        steps = np.diff(u)
+        at = np.flatnonzero(todo)
+        ends, inner = rings(u), rings((u[at, None] + quarters * steps[at, None]).ravel())
+        inner = inner.reshape(len(at), 3, *ends.shape[1:])
+        away = distance_to_segment(inner, ends[at, None], ends[at + 1, None]).max(axis=(1, 2))
+        counts = np.ones(len(steps), dtype=int)
+        counts[at] = np.clip(np.ceil(np.sqrt(away / tolerance) - 1e-6), 1, 64)
+        if (counts == 1).all():
+            break
+        if counts.sum() > _MOST:
+            raise ValueError(f"the sweep would need more than {_MOST} rings: is the tolerance too small?")
+        owner = np.repeat(np.arange(len(steps)), counts)
+        within = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
+        todo = counts[owner] > 1
+        u = np.append(u[owner] + within / counts[owner] * steps[owner], u[-1])
+    return u
+
+
+def _swell(f: Frames, closed: bool, reach: float, tolerance: float) -> Array:
+    """Return the factor (n,) on each ring that makes up for the volume that chords along the path lose."""
+    chords, lengths = np.diff(f.origins, axis=0), np.diff(f.lengths)
+    spans = 0.5 * np.einsum("nd,nd->n", chords, f.tangents[1:] + f.tangents[:-1])
+    usable = (spans > 0.5 * lengths) & (lengths > 0.0)
+    spans = np.where(usable, spans, 1.0)
+    return np.sqrt(swelling(np.where(usable, lengths, 1.0), spans, closed, (1.0 + tolerance / reach) ** 2))
+
+
+def _met(parts: list[Rings], course: Course, tolerance: float) -> tuple[Rings, list[Short]]:
+    """Return the rings of the legs as one, made to meet at the corners, and the legs too short for that."""
+    count = len(parts)
+    mitres: list[list[Array | None]] = [[None, None] for _ in parts]
+    turns: dict[int, Rings] = {}
+    for k, joint in enumerate(course.joints):
+        a, b = parts[k], parts[(k + 1) % count]
+        before, after = a.tangents[-1], b.tangents[0]
+        if joint.mitred:
+            ring = mitre(a.points[-1], a.centres[-1], before, after)
+            mitres[k][1] = mitres[(k + 1) % count][0] = ring
+        else:
+            points, ways = pivoted(a.points[-1], a.normals[-1], a.centres[-1], before, after, tolerance)
+            here = a.rows(len(a) - 1, len(a))
+            still = [np.repeat(getattr(here, name), len(ways), axis=0) for name in ("parameters", "lengths", "centres")]
+            turns[k] = Rings(points, still[0], still[1], still[2], ways, np.repeat(here.normals, len(ways), axis=0))
+    out, short = [], []
+    for k, part in enumerate(parts):
+        first, last = mitres[k]
+        fitted, lacking = _fitted(part, first, last)
+        if lacking is not None:
+            short.append(lacking)
+        shared = last is not None or (course.closed and k == count - 1 and not course.seam_is_corner)
+        out.append(fitted.rows(0, len(fitted) - shared))
+        if k in turns:
+            out.append(turns[k])
+    return Rings.joined(out), short
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Short:
+    """A leg too short for the mitres at its ends, the parameters of these, and the factor on the profile that does."""
+
+    start: float
+    end: float
+    place: Array
+    factor: float
+
+
+def _fitted(part: Rings, first: Array | None, last: Array | None) -> tuple[Rings, Short | None]:
+    """Return a leg between mitred ends (k, 3), without the rings these overtake, and what it lacks in length."""
+    if first is None and last is None:
+        return part, None
+    low = 0 if first is None else overtaken(part.points, first, part.tangents)
+    high = len(part) if last is None else len(part) - overtaken(part.points[::-1], last, -part.tangents[::-1])
+    low, high = max(low, 1), min(high, len(part) - 1)
+    start = part.points[0] if first is None else first
+    end = part.points[-1] if last is None else last
+    ends = [part.rows(0, 1).with_points(0, start), part.rows(len(part) - 1, len(part)).with_points(0, end)]
+    fitted = Rings.joined([ends[0], *([part.rows(low, high)] if low < high else []), ends[1]])
+    along = part.centres[-1] - part.centres[0]
+    room = (end - start) @ along
+    if low <= high and (room.min() > 0.0 or low < high):
+        return fitted, None
+    used = float((((start - part.centres[0]) - (end - part.centres[-1])) @ along).max())
+    factor = min(float(along @ along) / used, 1.0) if used > 0.0 else 0.0
+    return fitted, Short(float(part.parameters[0]), float(part.parameters[-1]), part.centres[0], factor)

@@ -1,0 +1,162 @@
+"""Sweeps that would pass through themselves: said where, and repaired, counted by an independent test."""
+
+import numpy as np
+import pytest
+import trimesh
+from selfcrossing import crossing_faces
+
+from cadfit import BSpline, Profile, cardinal_spline, local_spline, polyline, sweep, tube
+from cadfit.sweeping.selfintersection import SelfIntersectionError, SelfIntersectionWarning
+
+KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
+BAR = np.array([[-0.3, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.3, 0.15]])
+TIGHT = BSpline([[-4, 4, 0], [0.5, -4, 0], [-0.5, -4, 0], [4, 4, 0]], KNOTS)
+CUSP = BSpline([[0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, 0]], KNOTS)
+SHORT = polyline([[0, 0, 0], [5, 0, 0], [5, 0.4, 0], [0, 2.5, 0]])
+BACK = polyline([[0, 0, 0], [5, 0, 0], [0, 0.5, 0]])
+
+
+def loop():
+    """A turn and a half of a spring with a pitch of 1."""
+    t = np.linspace(0.0, 3.0 * np.pi, 40)
+    return local_spline(np.column_stack([3 * np.cos(t), 3 * np.sin(t), t / (2 * np.pi)]))
+
+
+def said_of(path, radius, **options):
+    with pytest.raises(SelfIntersectionError) as error:
+        tube(path, radius, on_self_intersection="raise", **options)
+    return error.value.crossings
+
+
+def test_the_independent_test_counts():
+    one, two = trimesh.creation.box(), trimesh.creation.box()
+    two.apply_translation([0.5, 0.4, 0.3])
+    apart = trimesh.creation.box()
+    apart.apply_translation([1.0, 0.0, 0.0])  # touches
+    assert crossing_faces(one) == 0
+    assert crossing_faces(trimesh.util.concatenate([one, apart])) == 0
+    assert crossing_faces(trimesh.util.concatenate([one, two])) > 10
+    assert crossing_faces(tube(TIGHT, 0.5)) == 0
+
+
+@pytest.mark.parametrize(
+    ("path", "radius", "kind", "parameter", "largest"),
+    [
+        (TIGHT, 1.5, "bend", 0.5, 0.574),
+        (CUSP, 0.1, "cusp", 0.5, 0.0),
+        (BACK, 0.3, "cusp", 5.0, 0.0),
+        (SHORT, 0.5, "corner", 5.0, 0.24),
+        (loop(), 0.6, "near", None, 0.5),
+    ],
+    ids=["tight", "cusp", "back", "short", "loop"],
+)
+def test_what_is_reported(path, radius, kind, parameter, largest):
+    worst = said_of(path, radius)[0]
+    assert worst.kind == kind
+    assert worst.reach == radius
+    assert np.abs(path(worst.parameter) - worst.position).max() < 1e-12
+    if parameter is not None:
+        assert worst.parameter == pytest.approx(parameter, abs=1e-3)
+    assert worst.largest == pytest.approx(largest, rel=0.02)
+    with pytest.warns(SelfIntersectionWarning, match="passes through itself at the parameter"):
+        mesh = tube(path, radius)
+    assert mesh.is_watertight
+    assert crossing_faces(mesh) > 0
+    if worst.largest:
+        # A little less than the largest is right, and a little more is not.
+        assert crossing_faces(tube(path, 0.98 * worst.largest, on_self_intersection="raise")) == 0
+        with pytest.raises(SelfIntersectionError):
+            tube(path, 1.05 * worst.largest, on_self_intersection="raise")
+
+
+CASES = {"tight": (TIGHT, 1.5), "cusp": (CUSP, 0.1), "back": (BACK, 0.3), "short": (SHORT, 0.5), "loop": (loop(), 0.6)}
+
+
+def inside_somewhere(path, radius, mesh, count=6_000):
+    """The share of points well inside the mesh's box that are within the tube's discs, by distance to the path."""
+    rng = np.random.default_rng(3)
+    points = rng.uniform(*mesh.bounds, size=(count, 3))
+    u, away = path.nearest(points)
+    inner = (u > path.domain[0]) & (u < path.domain[1]) & (away < radius)
+    return inner.mean() * np.prod(np.ptp(mesh.bounds, axis=0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_repaired_tubes_do_not_cross(name):
+    pytest.importorskip("manifold3d")
+    path, radius = CASES[name]
+    mesh = tube(path, radius, 0.05 * radius, on_self_intersection="repair")
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume > 0.0
+    assert len(mesh.split(only_watertight=False)) == 1
+    assert crossing_faces(mesh) == 0
+    # Its volume is that of the points within the radius of the path, but for the ends: by throwing points.
+    assert mesh.volume == pytest.approx(inside_somewhere(path, radius, mesh), rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", [BAR, Profile.of(2 * BAR, BAR)], ids=["bar", "frame"])
+@pytest.mark.parametrize("name", ["tight", "short", "loop"])
+def test_repaired_profiles_do_not_cross(name, profile):
+    pytest.importorskip("manifold3d")
+    path, _ = CASES[name]
+    scale = {"tight": 4.0, "short": 1.5, "loop": 3.5}[name]
+    with pytest.raises(SelfIntersectionError):
+        sweep(path, profile, scale=scale, on_self_intersection="raise")
+    mesh = sweep(path, profile, scale=scale, on_self_intersection="repair")
+    assert mesh.is_watertight
+    assert mesh.volume > 0.0
+    assert crossing_faces(mesh) == 0
+
+
+def test_repair_leaves_what_is_right_alone():
+    pytest.importorskip("manifold3d")
+    for options in ({}, {"caps": "round"}, {"thickness": 0.1}):
+        plain, repaired = (tube(TIGHT, 0.5, on_self_intersection=way, **options) for way in ("warn", "repair"))
+        assert np.array_equal(plain.vertices, repaired.vertices)
+        assert np.array_equal(plain.faces, repaired.faces)
+
+
+def test_repair_keeps_round_caps_and_refuses_open_ends():
+    pytest.importorskip("manifold3d")
+    mesh = tube(TIGHT, 1.5, caps="round", on_self_intersection="repair")
+    assert crossing_faces(mesh) == 0
+    assert mesh.is_watertight
+    assert mesh.volume > tube(TIGHT, 1.5, on_self_intersection="repair").volume + 0.9 * 4 / 3 * np.pi * 1.5**3
+    with pytest.raises(ValueError, match="without caps encloses nothing"):
+        tube(TIGHT, 1.5, caps="none", on_self_intersection="repair")
+
+
+def test_an_unknown_answer():
+    with pytest.raises(ValueError, match="on_self_intersection must be one of raise, warn, repair, not 'ignore'"):
+        tube(TIGHT, 0.5, on_self_intersection="ignore")
+
+
+def test_flat_ribbons_may_lie_side_by_side():
+    """Wide but thin: the reaches overlap, the profiles do not."""
+    t = np.linspace(0.0, 4.0 * np.pi, 60)
+    spiral = local_spline(np.column_stack([(4 + t / 10) * np.cos(t), (4 + t / 10) * np.sin(t), 0 * t]))
+    ribbon = [[-0.1, -2], [0.1, -2], [0.1, 2], [-0.1, 2]]
+    mesh = sweep(spiral, ribbon, on_self_intersection="raise")
+    assert crossing_faces(mesh) == 0
+    with pytest.raises(SelfIntersectionError):
+        sweep(spiral, 4 * np.array(ribbon), on_self_intersection="raise")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_random_paths(seed):
+    """Nothing said: nothing crosses. Something said: something does, or is within a tenth of it."""
+    path = cardinal_spline(np.random.default_rng(seed).normal(size=(9, 3)), curvature=1.0, closed=seed % 2 == 0)
+    radius = 0.1
+    try:
+        mesh = tube(path, radius, on_self_intersection="raise")
+    except SelfIntersectionError as error:
+        worst = error.crossings[0]
+        with pytest.warns(SelfIntersectionWarning):
+            assert crossing_faces(tube(path, 1.1 * radius)) > 0
+        assert worst.largest <= radius
+    else:
+        assert crossing_faces(mesh) == 0
