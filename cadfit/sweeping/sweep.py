@@ -19,7 +19,8 @@ from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
 from cadfit.sweeping.frames import lifted
 from cadfit.sweeping.judging import crossings
-from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
+from cadfit.sweeping.laws import Law as Law
+from cadfit.sweeping.laws import is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
 from cadfit.sweeping.repair import united
 from cadfit.sweeping.rings import Rings, Short, placed
@@ -87,7 +88,7 @@ def sweep(
     >>> mesh.is_watertight, round(float(mesh.volume), 9)
     (True, 40.0)
     """
-    along, at = path_of(path)
+    along, at = path_of(path), getattr(path, "parameters", None)
     shape = Profile.of(profile)
     if caps == "round" and shape.holes:
         raise ValueError("round caps are for profiles without holes")
@@ -266,17 +267,13 @@ def _check_section(path: BSpline, section: Section) -> None:
             raise ValueError("the path is closed, but the profile does not end as it starts: see its scale and twist")
 
 
-def path_of(path: Any) -> tuple[BSpline, Array | None]:
-    """Return the path of a spline, a fit or several curves in three dimensions, and the parameters of a fit's points.
-
-    A fit's points include those of its rows that repeated others: for values given row by row.
-    """
-    at = getattr(path, "parameters", None)
+def path_of(path: Any) -> BSpline:
+    """Return the path of a spline, a fit or several curves as one B-spline in three dimensions."""
     if isinstance(path, (list, tuple)):
         path = join(path)
     elif hasattr(path, "curves"):
         path = join(path.curves)
-    return lifted(path), at
+    return lifted(path)
 
 
 def positive(value: Any, name: str) -> float:

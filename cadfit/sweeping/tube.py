@@ -54,7 +54,7 @@ def tube(
     >>> mesh.is_watertight, len(mesh.faces), round(float(mesh.volume) / np.pi, 12)
     (True, 28, 3.0)
     """
-    along, at = path_of(path)
+    along, at = path_of(path), getattr(path, "parameters", None)
     if is_number(radius):
         radius = positive(radius, "radius")
         tolerance = positive(radius / 100.0 if tolerance is None else tolerance, "tolerance")
