@@ -15,6 +15,7 @@ N = 3000
 T = np.linspace(0.0, 9.0, N)
 NOISY = np.column_stack([T, np.sin(T * T)]) + np.random.default_rng(3).normal(scale=1e-3, size=(N, 2))
 SPLINE = cadfit.local_spline(NOISY[::30])
+PATH = cadfit.polyline([[0, 0, 0], [20, 0, 0], [20, 20, 0]])
 
 
 @pytest.fixture
@@ -41,6 +42,9 @@ def works(big):
         "deviation, closed": lambda told: cadfit.deviation(
             cadfit.local_spline(NOISY[::30], closed=True), NOISY, closed=True, progress=told
         ),
+        "tube": lambda told: cadfit.tube(SPLINE, 1e-4, progress=told),
+        "pipe": lambda told: cadfit.tube(SPLINE, 1e-4, thickness=1e-5, progress=told),
+        "sweep": lambda told: cadfit.sweep(PATH, [[-1, -1], [1, -1], [1, 1], [-1, 1]], progress=told),
         "read": lambda told: cadfit.read(big, progress=told),
         "write": lambda told: cadfit.write(big, NOISY, progress=told),
         "write json": lambda told: cadfit.write(big.with_suffix(".json"), NOISY, progress=told),

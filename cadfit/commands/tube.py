@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit
-from cadfit.commands.terminal import about, busy, check, report, write_all
+from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
+from cadfit.commands.terminal import about, busy, check, report, timed, write_all
 
 
 def tube(
@@ -22,16 +22,18 @@ def tube(
     closed: Closed = None,
     unit: InUnit = Unit.mm,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Sweep a circle along points or a curve, and write the mesh to .stl .3mf .ply .glb .obj."""
     from cadfit.files import Curves, read
     from cadfit.files.facts import facts, summary
     from cadfit.joining import join
     from cadfit.methods import How, made
+    from cadfit.stages import stage
     from cadfit.sweeping.tube import tube as swept
 
     how = How(method, closed, tension, curvature)
-    with busy(f"sweeping along {source}", quiet):
+    with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
         check(source, output, "mesh")
         with about(source):
             if method in (Method.tolerance, Method.dominant):
@@ -43,7 +45,8 @@ def tube(
                 curves, said = found, summary(found)
             else:
                 curves, said = made(found, how)
-            mesh = swept(join(curves.curves), radius, tolerance)
+            with stage("sweeping"):
+                mesh = swept(join(curves.curves), radius, tolerance, progress=progress)
         write_all(source, output, "mesh", 3, mesh, unit)
     of_mesh = facts(mesh)
     del of_mesh["kind"]

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.joining import join
+from cadfit.stages import Progress, portion, unheard
 from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
 from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
@@ -53,6 +54,7 @@ def sweep(
     caps: Caps = "flat",
     on_self_intersection: OnSelfIntersection = "warn",
     texture: bool = False,
+    progress: Progress | None = None,
 ) -> Trimesh:
     """Return a profile swept along a path, as a watertight `trimesh.Trimesh` with outward normals.
 
@@ -78,7 +80,7 @@ def sweep(
 
     With `texture` the mesh has `face_attributes["uv"]` (f, 3, 2), lengths along the path and around the profile;
     `cadfit.sweeping.texture.textured` makes of it what programs draw, and .glb and .obj files are written so. Repaired
-    meshes have none.
+    meshes have none. `progress` is called with the part that is done, from 0 to 1, a few times; raising from it stops.
 
     Raises TypeError for what is no path or profile, ValueError for a scale or tolerance that is not above zero, a
     twist or scale that does not close with the path, and as `frames`, `Profile` and `laws.law_of` do.
@@ -100,7 +102,9 @@ def sweep(
     turns = law_of(twist, along.domain, "twist", 0.1 * relative, at)
     loops = polygons(shape, _SHARE * tolerance / largest(sizes))
     section = Section(loops, [sizes] * len(loops), turns)
-    return swept(along, section, up, Wanted(tolerance, caps, on_self_intersection, texture))
+    return swept(
+        along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, progress=portion(progress, 0.0, 1.0))
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +116,7 @@ class Wanted:
     on_self_intersection: OnSelfIntersection
     texture: bool = False
     what: str = "reach"
+    progress: Progress = unheard
 
     def check(self, path: BSpline, reach: float) -> None:
         """Raise ValueError for choices there are not, and for a tolerance finer than the numbers are."""
@@ -148,8 +153,10 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     axis = None if up is None else np.asarray(up, dtype=np.float64)
     course = course_of(path, joints, axis)
     section, rings, short = _untwisted(course, section, wanted.tolerance)
+    wanted.progress(0.4)
     found = crossings(path, whole, corners[angles > SHARPEST], rings, section, short)
     wanted.tell(found)
+    wanted.progress(0.6)
     if short:  # where a mitre has no room, the profile turns on the spot
         course = course_of(path, _without(joints, short, path), axis)
         rings, _ = placed(course, section, share)
@@ -160,11 +167,15 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
             raise ValueError("a sweep without caps encloses nothing that could be repaired")
         loops = section.parted(section.at(np.array(path.domain[:1]))[0])
         parts = rings.points, rings.centres, rings.tangents
-        return Trimesh(*united(*parts, loops, path.closed, wanted.caps == "round", share), process=False)
+        mesh = Trimesh(*united(*parts, loops, path.closed, wanted.caps == "round", share), process=False)
+        wanted.progress(1.0)
+        return mesh
+    wanted.progress(0.8)
     vertices, faces, lids = _surface(rings, section, path.closed, wanted.caps, share)
     mesh = Trimesh(vertices, faces, process=False)
     if wanted.texture:
         mesh.face_attributes[ATTRIBUTE] = _texture(rings, section, course, wanted.caps, lids)
+    wanted.progress(1.0)
     return mesh
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bspline import BSpline
+from cadfit.stages import Progress, rising
 from cadfit.sweeping.judging import nearest_parts
 from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.mesh import around, disc, sides_for
@@ -32,12 +33,14 @@ def tube(
     caps: Caps = "flat",
     on_self_intersection: OnSelfIntersection = "warn",
     texture: bool = False,
+    progress: Progress | None = None,
 ) -> Trimesh:
     """Return the tube of a radius around a path, as a watertight `trimesh.Trimesh` with outward normals.
 
     `path`: a `BSpline` in 2 or 3 dimensions (2D lies in z = 0), a `Fit`, or several curves end to end; all lengths are
     in its unit. `radius`: a number, or what varies along the path, as `sweep` takes it. `thickness` makes a pipe of
-    it, with walls inward. `up`, `caps`, corners, `on_self_intersection` and `texture` are as in `sweep`.
+    it, with walls inward. `up`, `caps`, corners, `on_self_intersection`, `texture` and `progress` are
+    as in `sweep`.
 
     The mesh stays within `tolerance` (default: a hundredth of the radius) of the exact tube, both ways. `sides`
     (default: as many as the tolerance needs, at least 6) overrides its share for the polygon that stands for the
@@ -54,13 +57,15 @@ def tube(
     >>> mesh.is_watertight, len(mesh.faces), round(float(mesh.volume) / np.pi, 12)
     (True, 28, 3.0)
     """
+    told = rising(progress)
     along, at = path_of(path), getattr(path, "parameters", None)
     if is_number(radius):
         radius = positive(radius, "radius")
         tolerance = positive(radius / 100.0 if tolerance is None else tolerance, "tolerance")
         sides = _sides(sides, radius, 0.5 * tolerance)
         if thickness is None and up is None and caps == "flat" and not texture:
-            mesh = _plain(along, radius, sides, Wanted(tolerance, caps, on_self_intersection, texture, "radius"))
+            wanted = Wanted(tolerance, caps, on_self_intersection, texture, "radius", told)
+            mesh = _plain(along, radius, sides, wanted)
             if mesh is not None:
                 return mesh
     size = largest(law_of(radius, along.domain, "radius", np.inf, at))
@@ -76,7 +81,7 @@ def tube(
         scales.append(BSpline(outer.poles - thickness, outer.knots))
     twist = law_of(0.0, along.domain, "twist", 1.0)
     section = Section(loops, scales, twist, float(polygon[0, 0]))
-    return swept(along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, "radius"))
+    return swept(along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, "radius", told))
 
 
 def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh | None:
@@ -91,13 +96,16 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     u, bend = tightest(whole, radius)
     found = [Crossing("bend" if bend > 0.0 else "cusp", u, path(u), radius, bend)] if bend <= radius else []
     points, tangents = stationed(whole, radius, 0.5 * wanted.tolerance)
+    wanted.progress(0.3)
     mesh = around(points, tangents, path.closed, radius, sides, 0.5 * wanted.tolerance)
+    wanted.progress(0.6)
     centres, ways = (rows.T[: len(rows.T) - path.closed] for rows in (points, tangents))
     if pairs := touching(mesh.vertices.reshape(-1, sides, 3), centres, ways, path.closed, radius):
         found.append(nearest_parts(path, centres, radius, *pairs[0]))
     if found and wanted.on_self_intersection == "repair":
         return None
     wanted.tell(found)
+    wanted.progress(1.0)
     return mesh
 
 
