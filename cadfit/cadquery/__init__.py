@@ -20,7 +20,7 @@ try:
 except ImportError as error:
     raise ImportError("cadfit.cadquery needs CadQuery: pip install 'cadfit[cadquery]'") from error
 
-from cadfit.cadquery.free import fit_edge, fit_face, fit_tube, fit_wire
+from cadfit.cadquery.free import fit_edge, fit_face, fit_tube, fit_wire, simplify
 from cadfit.cadquery.plugins import draw, fit_profile, fit_spline, register
 from cadfit.cadquery.shapes import from_edge, to_edge, to_face, to_wire
 from cadfit.cadquery.sketch import Sketch
@@ -38,6 +38,7 @@ __all__ = [
     "fit_wire",
     "from_edge",
     "register",
+    "simplify",
     "to_edge",
     "to_face",
     "to_wire",

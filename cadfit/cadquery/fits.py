@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TypedDict, Unpack
 
+import cadquery as cq
 from cadquery.cq import VectorLike
+from numpy.typing import ArrayLike
 
-from cadfit.cadquery.points import Points, as_array, in_one_space
+from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space
 from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.result import Fit
+from cadfit.occt import simplify
 
 
 class ProfileOptions(TypedDict, total=False):
@@ -33,23 +36,37 @@ class FitOptions(HowToFit, total=False):
 
 
 def fitted(
-    points: Points, tolerance: float, tangents: Sequence[VectorLike] | None = None, **how: Unpack[HowToFit]
+    points: Points, tolerance: float, tangents: Sequence[VectorLike] | ArrayLike | None = None, **how: Unpack[HowToFit]
 ) -> Fit:
-    """Return the fit to points as CadQuery has them; see :meth:`Workplane.fitSpline`."""
+    """Return the fit to points, or to an edge or wire, as CadQuery has them; see :meth:`Workplane.fitSpline`."""
+    if (shape := curve_of(points)) is not None:
+        return _refitted(shape, tolerance, tangents, how)
     if tangents is None:
         return fit(as_array(points), tolerance, **how)
     given, ends = in_one_space(as_array(points), as_array(tangents))
     return fit(given, tolerance, end_tangents=ends, **how)
 
 
+def _refitted(shape: cq.Edge | cq.Wire, tolerance: float, tangents: object, how: HowToFit) -> Fit:
+    """Return the fit to an edge or wire, which says itself where it closes and where its corners are."""
+    given = {"tangents": tangents is not None}
+    given["closed"] = how.get("closed") not in (None, shape.IsClosed())
+    given["corners"] = not isinstance(how.get("corners", "auto"), str)
+    given["between"] = how.get("between", "curve") != "curve"
+    if any(given.values()):
+        option = next(name for name, strange in given.items() if strange)
+        raise ValueError(f"a {shape.ShapeType()} is refitted as it is, within the tolerance all along: no {option}")
+    return simplify(shape.wrapped, tolerance, effort=how.get("effort", "best"))
+
+
 def fitted_profile(
     points: Points, tolerance: float, holes: Iterable[Points], **how: Unpack[ProfileOptions]
 ) -> tuple[Fit, ...]:
     """Return the closed fits to an outline and its holes; see :meth:`Workplane.fitProfile`."""
-    found = [fit(as_array(points), tolerance, closed=True, **how)]
+    found = [fitted(points, tolerance, closed=True, **how)]
     for k, hole in enumerate(holes):
         try:
-            found.append(fit(as_array(hole), tolerance, closed=True, **how))
+            found.append(fitted(hole, tolerance, closed=True, **how))
         except ValueError as error:
             raise ValueError(f"hole {k}: {error}") from None
     return tuple(found)

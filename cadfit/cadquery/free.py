@@ -7,10 +7,11 @@ from typing import Unpack
 
 import cadquery as cq
 
+from cadfit import occt
 from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points
 from cadfit.cadquery.shapes import to_edge, to_face, to_wire
-from cadfit.occt import tube_solid
+from cadfit.fitting.approximate import Effort
 from cadfit.sweeping.sweep import Law
 
 
@@ -90,4 +91,23 @@ def fit_tube(
     >>> round(bar.Volume(1e-6) / 5, 4), bar.isValid()
     (3.1416, True)
     """
-    return cq.Solid(tube_solid(fitted(points, tolerance, **options), radius, tolerance, thickness=thickness))
+    return cq.Solid(occt.tube_solid(fitted(points, tolerance, **options), radius, tolerance, thickness=thickness))
+
+
+def simplify(shape: cq.Edge | cq.Wire, tolerance: float, effort: Effort = "best") -> cq.Edge | cq.Wire:
+    """
+    Refit an edge or a wire with few poles, within a certified tolerance of it, both ways, all along.
+
+    :param shape: of lines, arcs, conics, Bézier curves and splines of any degree, rational ones, too
+    :param tolerance: neither is anywhere farther than this from the other; ends and corners are kept
+    :param effort: "best", or "fast"
+    :return: an edge, or a wire where there are corners or a wire was given
+    :raises ValueError: for a tolerance that cannot be held, an edge without end, or a wire in parts
+
+    >>> from cadfit.cadquery import from_edge
+    >>> ring = simplify(cq.Edge.makeCircle(50), 0.01)
+    >>> len(from_edge(ring).poles) <= 12, round(ring.Length(), 2), round(cq.Edge.makeCircle(50).Length(), 2)
+    (True, 314.16, 314.16)
+    """
+    found = occt.simplify(shape.wrapped, tolerance, effort=effort)
+    return to_edge(found) if isinstance(shape, cq.Edge) and len(found.curves) == 1 else to_wire(found)

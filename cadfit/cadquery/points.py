@@ -13,8 +13,11 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array
 from cadfit.occt import points_of
 
-Points: TypeAlias = ArrayLike | Iterable[VectorLike | cq.Vertex | cq.Location] | cq.Workplane
-"""Points in order: tuples, Vectors, Vertices or Locations, an array (n, 2 or 3), or what is on a Workplane's stack."""
+Points: TypeAlias = ArrayLike | Iterable[VectorLike | cq.Vertex | cq.Location] | cq.Edge | cq.Wire | cq.Workplane
+"""Points in order: tuples, Vectors, Vertices or Locations, an array (n, 2 or 3), or what is on a Workplane's stack.
+
+Where a fit is made, an Edge or a Wire may stand for them.
+"""
 
 
 def as_array(points: Points) -> Array:
@@ -39,6 +42,15 @@ def in_one_space(first: Array, second: Array) -> tuple[Array, Array]:
     d = max(first.shape[1], second.shape[1])
     lifted = [np.column_stack([rows, np.zeros((len(rows), d - rows.shape[1]))]) for rows in (first, second)]
     return lifted[0], lifted[1]
+
+
+def curve_of(points: object) -> cq.Edge | cq.Wire | None:
+    """Return the edge or wire that stands for points, alone or on a stack, whose edges make one wire; else None."""
+    found = points.vals() if isinstance(points, cq.Workplane) else [points]
+    if len(found) == 1 and isinstance(found[0], cq.Edge | cq.Wire):
+        return found[0]
+    edges = [each for each in found if isinstance(each, cq.Edge)]
+    return cq.Wire.assembleEdges(edges) if edges and len(edges) == len(found) else None
 
 
 def in_world(points: object) -> bool:

@@ -11,10 +11,10 @@ from cadquery.cq import CombineMode, CQObject, VectorLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
-from cadfit.cadquery.fits import fitted_profile
-from cadfit.cadquery.points import Points, as_array, in_one_space, in_world
+from cadfit.cadquery.fits import fitted, fitted_profile
+from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space, in_world
 from cadfit.cadquery.shapes import to_face, to_wire
-from cadfit.fitting.approximate import Between, Corners, Effort, fit
+from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
 from cadfit.occt import CONFUSION, tube_solid
@@ -48,7 +48,7 @@ class Workplane(cq.Workplane):
         Draw C2 cubic splines within a certified tolerance of points (2D or 3D), with few poles.
 
         :param points: points in order, in local coordinates: tuples, Vectors, or an array. Vertices, and with None the
-            points on the stack, are taken where they are.
+            points on the stack, are taken where they are; so is an Edge or a Wire, which is refitted lighter
         :param tolerance: every point is within this distance of the curve, matched in order
         :param closed: whether the curve returns to its first point, C2 across the seam; None: when the last point
             repeats the first
@@ -71,10 +71,8 @@ class Workplane(cq.Workplane):
             part = Workplane("XZ").fitSpline(outline, 0.02, closed=True).close().extrude(5)
         """
         given, world = gathered(self, points, includeCurrent)
-        ends = None
-        if tangents is not None:
-            given, ends = in_one_space(given, _directions(self, tangents, world))
-        found = fit(given, tolerance, closed=closed, corners=corners, between=between, effort=effort, end_tangents=ends)
+        ends = None if tangents is None else _directions(self, tangents, world)
+        found = fitted(given, tolerance, ends, closed=closed, corners=corners, between=between, effort=effort)
         return drawn(self, found.curves, world, forConstruction, makeWire)
 
     def cardinalSpline(
@@ -105,7 +103,9 @@ class Workplane(cq.Workplane):
         See :func:`cadfit.cardinal_spline` for what it does to the curvature.
         """
         given, world = gathered(self, points, includeCurrent)
-        return drawn(self, [cardinal_spline(given, tension, curvature, closed)], world, forConstruction, makeWire)
+        return drawn(
+            self, [cardinal_spline(as_array(given), tension, curvature, closed)], world, forConstruction, makeWire
+        )
 
     def localSpline(
         self: T,
@@ -132,7 +132,7 @@ class Workplane(cq.Workplane):
         See :func:`cadfit.local_spline` for its errors and how it takes uneven spacing.
         """
         given, world = gathered(self, points, includeCurrent)
-        return drawn(self, [local_spline(given, closed, parametrization)], world, forConstruction, makeWire)
+        return drawn(self, [local_spline(as_array(given), closed, parametrization)], world, forConstruction, makeWire)
 
     def fitProfile(
         self: T,
@@ -201,22 +201,23 @@ class Workplane(cq.Workplane):
             than the radius allows, say
         """
         given, world = gathered(self, points, includeCurrent)
-        path = fit(given, tolerance, closed=closed, corners=corners, between=between, effort=effort)
+        path = fitted(given, tolerance, closed=closed, corners=corners, between=between, effort=effort)
         tube = cq.Solid(tube_solid(path, radius, tolerance, thickness=thickness))
         return self._combineWithBase(tube if world else tube.moved(self.plane.location), combine, clean)
 
 
-def gathered(base: cq.Workplane, points: Points | None, includeCurrent: bool) -> tuple[Array, bool]:
-    """Return points (n, 2 or 3), and whether their coordinates are the world's instead of the workplane's."""
+def gathered(base: cq.Workplane, points: Points | None, includeCurrent: bool) -> tuple[Points, bool]:
+    """Return points, the current one first if asked for, and whether they are in the world, not on the workplane."""
     given = base if points is None else points
     world = in_world(given)
-    array = as_array(given)
     if not includeCurrent:
-        return array, world
+        return given, world
+    if (shape := curve_of(given)) is not None:
+        raise ValueError(f"a {shape.ShapeType()} is refitted as it is: no includeCurrent")
     current = np.array([base._findFromPoint(not world).toTuple()])
     if abs(current[0, 2]) <= CONFUSION:  # on the plane, but for rounding
         current = current[:, :2]
-    return np.concatenate(in_one_space(current, array)), world
+    return np.concatenate(in_one_space(current, as_array(given))), world
 
 
 def drawn(base: T, curves: Sequence[BSpline], world: bool, forConstruction: bool, makeWire: bool) -> T:

@@ -163,6 +163,44 @@ def test_tangents_turn_with_what_they_belong_to():
     assert rising.tangentAt(0).toTuple() == pytest.approx((0.5**0.5, 0, 0.5**0.5), abs=1e-9)
 
 
+# Edges and wires refitted
+
+
+def test_edges_and_wires_are_refitted_lighter_where_they_are():
+    heavy = cq.Workplane("XZ", origin=(0, 5, 0)).spline([tuple(p) for p in turn(200, 10.0)], periodic=True)
+    for light in (
+        host.simplify(heavy.val(), 0.01, "fast"),
+        host.Workplane("YZ").fitSpline(heavy.val(), 0.01, effort="fast").val(),
+        host.Workplane(obj=heavy.val()).fitSpline(None, 0.01, effort="fast").val(),
+    ):
+        assert isinstance(light, cq.Edge)
+        spline = host.from_edge(light)
+        assert len(spline.poles) < 20
+        assert spline.nearest([p.toTuple() for p in heavy.val().positions(np.linspace(0, 1, 50))])[1].max() <= 0.01
+    plate = cq.Workplane().rect(40, 20).val()
+    wire = host.simplify(cq.Wire.makePolygon([(0, 0), (4, 0), (4, 3)], close=True), 0.01)
+    assert isinstance(wire, cq.Wire)
+    assert len(wire.Edges()) == 3
+    outline = host.Workplane().fitProfile(plate, 0.01, [cq.Wire.makeCircle(5, (0, 0, 0), (0, 0, 1))], effort="fast")
+    assert volume(outline.extrude(1).val()) == pytest.approx(800 - 25 * np.pi, abs=0.2)
+    assert host.fit_tube(heavy.val(), 1.0, 0.01, effort="fast").isValid()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"corners": None}, "no corners"),
+        ({"closed": True}, "no closed"),
+        ({"between": "polyline"}, "no between"),
+        ({"tangents": [(1, 0), (1, 0)]}, "no tangents"),
+        ({"includeCurrent": True}, "no includeCurrent"),
+    ],
+)
+def test_an_edge_is_refitted_as_it_is(options, says):
+    with pytest.raises(ValueError, match=says):
+        host.Workplane().fitSpline(cq.Edge.makeLine(cq.Vector(), cq.Vector(1, 0, 0)), 0.1, **options)
+
+
 # The host's manner
 
 
