@@ -33,7 +33,7 @@ def points_of(points: Any) -> Array:
     given = list(points)
     rows = [_coordinates(point, row) for row, point in enumerate(given)]
     if any(row is not point for row, point in zip(rows, given, strict=True)):
-        rows = [(*row, 0.0) if isinstance(row, tuple | list) and len(row) == 2 else row for row in rows]
+        rows = [(*row, 0.0) if isinstance(row, tuple | list | np.ndarray) and len(row) == 2 else row for row in rows]
     return as_points(rows)
 
 
