@@ -7,10 +7,12 @@
 PYTHON ?= python3
 export UV_PYTHON_DOWNLOADS = never
 
-# Two hosts, two environments: build123d and CadQuery ship different builds of OCP into one folder.
+# Two hosts, two environments: build123d and CadQuery ship different builds of OCP into one folder. And two more with
+# the oldest versions that are supported.
 CORE := .venv
 B123D := .venv-build123d
 CQ := .venv-cadquery
+OLDEST := $(B123D)-oldest $(CQ)-oldest
 DOCS := .venv-docs
 
 .PHONY: demo test check format bench docs clean
@@ -18,11 +20,13 @@ DOCS := .venv-docs
 demo: $(B123D)/ready
 	$(B123D)/bin/python examples/demo.py
 
-test: check docs $(B123D)/ready $(CQ)/ready
+test: check docs $(B123D)/ready $(CQ)/ready $(OLDEST:%=%/ready)
 	$(CORE)/bin/python -m pytest -n auto -m slow tests
 	$(CORE)/bin/python -m pytest examples
 	$(B123D)/bin/python -m pytest -n auto tests cadfit examples
 	$(CQ)/bin/python -m pytest -n auto tests cadfit examples
+	$(B123D)-oldest/bin/python -m pytest -n auto tests/kernel
+	$(CQ)-oldest/bin/python -m pytest -n auto tests/kernel
 
 check: $(CORE)/ready
 	$(CORE)/bin/ruff format --check .
@@ -50,15 +54,17 @@ UV := $(shell command -v uv || echo .venv-uv/bin/uv)
 
 $(CORE)/ready $(DOCS)/ready: EXTRAS := .
 $(CORE)/ready: GROUPS := --group test --group lint
-$(B123D)/ready: EXTRAS := .[build123d,plot]
-$(CQ)/ready: EXTRAS := .[cadquery,plot]
+$(B123D)/ready $(B123D)-oldest/ready: EXTRAS := .[build123d,plot]
+$(CQ)/ready $(CQ)-oldest/ready: EXTRAS := .[cadquery,plot]
 $(B123D)/ready: GROUPS := --group test --group bench
-$(CQ)/ready: GROUPS := --group test
+$(CQ)/ready $(OLDEST:%=%/ready): GROUPS := --group test
+$(B123D)-oldest/ready: PIN := build123d==0.12.0
+$(CQ)-oldest/ready: PIN := cadquery==2.7.0
 $(DOCS)/ready: GROUPS := --group docs
 
 %/ready: pyproject.toml | $(UV)
 	$(UV) venv --quiet --clear --python $(PYTHON) $*
-	$(UV) pip install --quiet --python $*/bin/python --editable '$(EXTRAS)' $(GROUPS)
+	$(UV) pip install --quiet --python $*/bin/python --editable '$(EXTRAS)' $(PIN) $(GROUPS)
 	touch $@
 
 clean:
