@@ -31,8 +31,8 @@ def refitted(text, tmp_path, tolerance=0.05, **options):
     source.write_text(text)
     done = refit(source, target, tolerance, **options)
     out = target.read_text()
-    step = tolerance / 8
-    assert compare(text, out, step) <= np.hypot(tolerance, step / 2)
+    step = tolerance / 3
+    assert done.deviation <= tolerance
     assert compare(text, out, step) <= np.hypot(done.deviation, step / 2) + 1e-6
     assert done.moves[1] <= done.moves[0]
     return out, done
@@ -47,7 +47,7 @@ def test_a_flower_takes_few_arcs(tmp_path):
     assert out.endswith("G0 Z5\n" + FOOT)
 
 
-@pytest.mark.parametrize("tolerance", [0.2, 0.01, 0.002])
+@pytest.mark.parametrize("tolerance", [0.2, 0.02, pytest.param(0.002, marks=pytest.mark.slow)])
 def test_the_bound_holds_at_any_tolerance(tmp_path, tolerance):
     _, done = refitted(HEAD + program(flower(1000)) + FOOT, tmp_path, tolerance)
     assert done.moves[0] > 3 * done.moves[1]

@@ -75,14 +75,14 @@ def judged(text, tolerance):
 
 
 @given(PROGRAMS, st.sampled_from([0.2, 0.05, 0.01]))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_programs_at_random(text, tolerance):
     judged(text, tolerance)
 
 
 @pytest.mark.slow
 @given(PROGRAMS, st.sampled_from([0.2, 0.05, 0.01]))
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_many_programs_at_random(text, tolerance):
     judged(text, tolerance)
 
@@ -92,8 +92,20 @@ LETTERS = "GXYZIJKRFSMNTEO0123456789.-+ ();%/#[]\n\x00é"
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_damaged_programs(data):
+    damaged(data)
+
+
+@pytest.mark.slow
+@given(st.data())
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_many_damaged_programs(data):
+    damaged(data)
+
+
+def damaged(data):
+    """Change, cut and add letters here and there, and judge what becomes of it."""
     text = WHOLE
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(text) - 1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 
@@ -63,6 +64,14 @@ def directions(points: Array, tolerance: float) -> tuple[Array, Array]:
     inward[1:-1] *= ((before * before + after * after) / 32.0)[:, None]
     inward[[0, -1]] = 0.0
     return np.asarray(slope), np.asarray(inward)
+
+
+def straights(points: Array) -> NDArray[np.bool_]:
+    """Return whether each vertex (n,) ends a straight line: a chord three times as long as the next one."""
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    found = np.zeros(len(points), dtype=bool)
+    found[1:-1] = (length[:-1] > _LONG * length[1:]) | (length[1:] > _LONG * length[:-1])
+    return found
 
 
 def _parabolas(points: Array, along: Array, arm: float) -> tuple[Array, Array]:
