@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from OCP.BRep import BRep_Builder
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepLib import BRepLib
-from OCP.Geom import Geom_Curve, Geom_Plane
+from OCP.Geom import Geom_BSplineSurface, Geom_Curve, Geom_Plane
 from OCP.Geom2d import Geom2d_Line
 from OCP.gp import gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
 from cadfit.bezier import Array
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.occt import geometry
 from cadfit.occt.kernel import CONFUSION
-from cadfit.occt.profiles import Loop
+from cadfit.occt.profiles import Loop, outline
 
 Ring = list[TopoDS_Edge]
 
@@ -48,20 +49,8 @@ def wall(loop: Loop, rails: Sequence[BSpline], closed: bool) -> tuple[list[TopoD
             grid = swept(rail.poles, arc.poles).transpose(1, 0, 2)
             weights = np.broadcast_to(arc.weights[:, None], grid.shape[:2])
             surface = geometry.surface(grid, (arc.knots, rail.knots), (arc.degree, DEGREE), weights)
-            face = TopoDS_Face()
-            builder = BRep_Builder()
-            builder.MakeFace(face, surface, CONFUSION)
-            low, high, first, last = rings[row][k], rings[above][k], sides[k], sides[(k + 1) % len(sides)]
-            u, v = (arc.knots[0], arc.knots[-1]), rail.domain
-            for edge, start, along in [
-                (low, (0.0, v[0]), _ACROSS),
-                (high, (0.0, v[1]), _ACROSS),
-                (first, (u[0], 0.0), _ALONG),
-                (last, (u[1], 0.0), _ALONG),
-            ]:
-                builder.UpdateEdge(edge, Geom2d_Line(gp_Pnt2d(*map(float, start)), along), face, CONFUSION)
-            builder.Add(face, _wire([low, last, _back(high), _back(first)]))
-            faces.append(face)
+            edges = rings[row][k], sides[(k + 1) % len(sides)], rings[above][k], sides[k]
+            faces.append(_patch(surface, edges))
     return faces, rings[0], rings[-1]
 
 
@@ -75,8 +64,49 @@ def swept(rail: Array, places: Array) -> Array:
     return np.asarray(origin + places[:, :1] * f + places[:, 1:] * g)
 
 
+def dome(loop: Loop, stand: Array, ring: Ring, outward: bool) -> list[TopoDS_Face]:
+    """Return the faces of a round end over a ring, set up at the end (9,) of a rail; `outward`: it looks forward.
+
+    Each place of the ring runs in a quarter of an ellipse to the apex, as far beyond the path's end as the ring's
+    farthest place is beside it: over a circle, half a ball. Source: `cadfit.sweeping.caps.dome`.
+    """
+    origin, f, g = stand.reshape(3, 3)
+    axis = np.cross(f, g)
+    rise = height(loop) * axis / np.sqrt(np.linalg.norm(axis)) * (1.0 if outward else -1.0)
+    knots, bend = np.repeat([0.0, 1.0], 3), np.array([1.0, np.sqrt(0.5), 1.0])
+    order = slice(None) if outward else slice(None, None, -1)  # from low to high along the path
+    apex = _vertex(origin + rise)
+
+    def quarters(poles: Array) -> Array:  # (k, 3, 3)
+        ring_poles = swept(stand, poles)
+        return np.stack([ring_poles, ring_poles + rise, np.broadcast_to(origin + rise, ring_poles.shape)], axis=1)
+
+    meridians = []
+    for poles, edge in zip(quarters(np.array([arc.poles[0] for arc in loop])), ring, strict=True):
+        start, end = (TopExp.FirstVertex_s(edge), apex)[order]
+        meridians.append(_edge(geometry.curve(poles[order], knots, 2, bend), start, end, (0.0, 1.0)))
+    faces = []
+    for k, arc in enumerate(loop):
+        weights = arc.weights[:, None] * bend
+        surface = geometry.surface(quarters(arc.poles)[:, order], (arc.knots, knots), (arc.degree, 2), weights)
+        point = TopoDS_Edge()
+        builder = BRep_Builder()
+        builder.MakeEdge(point)
+        builder.Add(point, apex.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+        builder.Add(point, apex.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
+        builder.Degenerated(point, True)
+        low, high = (ring[k], point)[order]
+        faces.append(_patch(surface, (low, meridians[(k + 1) % len(meridians)], high, meridians[k])))
+    return faces
+
+
+def height(loop: Loop) -> float:
+    """Return how far a loop reaches from the path, which is how high its dome is."""
+    return float(np.linalg.norm(outline(loop), axis=1).max())
+
+
 def cap(stand: Array, rings: Sequence[Ring], outward: bool) -> TopoDS_Face:
-    """Return the plane face within rings at the end (9,) of a rail; `outward`: it looks along the path."""
+    """Return the plane face within rings at the end (9,) of a rail; `outward`: it looks forward along the path."""
     origin, f, g = stand.reshape(3, 3)
     normal = np.cross(f, g) * (1.0 if outward else -1.0)
     axes = gp_Ax3(gp_Pnt(*origin.tolist()), gp_Dir(*normal.tolist()), gp_Dir(*f.tolist()))
@@ -123,6 +153,23 @@ def _edge(curve: Geom_Curve, start: TopoDS_Vertex, end: TopoDS_Vertex, domain: t
     builder.Add(edge, end.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
     builder.Range(edge, *domain)
     return edge
+
+
+def _patch(
+    surface: Geom_BSplineSurface, edges: tuple[TopoDS_Edge, TopoDS_Edge, TopoDS_Edge, TopoDS_Edge]
+) -> TopoDS_Face:
+    """Return the face of a whole surface between edges that run with its parameters: low, last, high, first."""
+    face, builder = TopoDS_Face(), BRep_Builder()
+    builder.MakeFace(face, surface, CONFUSION)
+    u0, u1, v0, v1 = surface.Bounds()
+    low, last, high, first = edges
+    lines = [(low, 0.0, v0, _ACROSS), (last, u1, 0.0, _ALONG), (high, 0.0, v1, _ACROSS), (first, u0, 0.0, _ALONG)]
+    for edge, u, v, along in lines:
+        builder.UpdateEdge(edge, Geom2d_Line(gp_Pnt2d(u, v), along), face, CONFUSION)
+        if BRep_Tool.Degenerated_s(edge):
+            builder.Range(edge, face, u0, u1)
+    builder.Add(face, _wire([low, last, _back(high), _back(first)]))
+    return face
 
 
 def _back(edge: TopoDS_Edge) -> TopoDS_Edge:

@@ -31,6 +31,8 @@ _TURN = 0.02  # radians between stations, about
 _FEWEST = 256  # stations on a stretch
 _INNER = 6  # stations between two knots of a rail, where its error is seen
 _AIM = 0.8  # of the tolerance: the error is the largest at the stations
+_MORE = (1.02, 1.05, 1.1, 1.15, 1.25, 1.4)  # knots than needed if all were spread well, round by round
+_ROUNDS = 16  # of cutting intervals
 _LEAN = 4.0  # over how many times the mitre's depth the walls lean
 
 
@@ -115,13 +117,15 @@ def rail(stretch: Stretch, scale: Array, reach: float, tolerance: float) -> BSpl
     clocks = [(s, np.ones(n))]
     if stretch.speeds.min() > 0.05 * stretch.speeds.max():
         clocks.insert(0, (stretch.u, stretch.speeds))
-    found: list[BSpline] = []
+    best: BSpline | None = None
     for t, speeds in clocks:
-        for through in (smoothly, by_rates):
+        starts = [(own, False)] * (t is stretch.u) + [(whole, False), (even, True)]
+        for through, poles in ((by_rates, 2), (smoothly, 1)):  # about so many for a row
             fit = _Fit(t, values, rates * speeds[:, None], reach, _AIM * tolerance, through)
-            starts = [(whole, False), (even, True)] + [(own, False)] * (t is stretch.u)
-            found += [made for at, spread in starts if (made := fit.spread(at) if spread else fit.refined(at))]
-    return min(found, key=lambda spline: len(spline.poles), default=None)
+            for at, spread in starts:
+                most = len(best.poles) // poles if best else n
+                best = (fit.spread(at, most) if spread else fit.refined(at, most)) or best
+    return best
 
 
 def _pieces(path: BSpline, reach: float) -> tuple[list[BSpline], tuple[float, float]]:
@@ -166,7 +170,7 @@ def _stretch(path: BSpline, wrap: tuple[float, float], density: int) -> Stretch:
     sizes = np.linalg.norm(velocities, axis=1)
     directions = velocities / np.maximum(sizes, 1e-300)[:, None]
     turns = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0)).reshape(-1, 8).sum(axis=1)
-    fewest = max(_INNER, math.ceil(_FEWEST / len(turns)))
+    fewest = max(4, math.ceil(_FEWEST / len(turns)))  # a span's quarters
     counts = density * np.maximum(np.ceil(turns / _TURN), fewest).astype(np.intp)
     owner = np.repeat(np.arange(len(counts)), counts)
     within = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
@@ -283,9 +287,14 @@ class _Fit:
         far = np.sqrt(off[:, :3].sum(axis=1)) + self.reach * np.sqrt(off[:, 3:].sum(axis=1))
         return spline, np.maximum.reduceat(far, rows[:-1]) / self.allowed
 
-    def refined(self, rows: Ints) -> BSpline | None:
-        """Return the spline whose intervals are parts of these, cut until it is near enough, or None."""
-        for _ in range(40):
+    def refined(self, rows: Ints, most: int) -> BSpline | None:
+        """Return the spline whose intervals are parts of these, cut until it is near enough.
+
+        None when that takes `most` rows or more, or intervals with too few stations in them to see the error.
+        """
+        for _ in range(_ROUNDS):
+            if len(rows) >= most:
+                break
             spline, far = self.at(rows)
             if far.max() <= 1.0:
                 return spline
@@ -296,20 +305,20 @@ class _Fit:
             rows = _cut(rows, np.minimum(parts, widths).astype(np.intp))
         return None
 
-    def spread(self, rows: Ints) -> BSpline | None:
-        """Return the spline whose knots are spread by what it needs, or None."""
+    def spread(self, rows: Ints, most: int) -> BSpline | None:
+        """Return the spline whose knots are spread by what it needs, or None as `refined`."""
         n = len(self.t)
-        for _ in range(8):
+        for more in _MORE:
             spline, far = self.at(rows)
             if far.max() <= 1.0:
                 return spline
             need = np.concatenate([[0.0], np.cumsum(np.maximum(far, 1e-4) ** 0.25)])
             along = np.interp(np.arange(n), rows, need)
-            wanted = np.linspace(0.0, need[-1], math.ceil(1.05 * need[-1]) + 1)
-            if len(wanted) * _INNER > n:
+            wanted = np.linspace(0.0, need[-1], math.ceil(more * need[-1]) + 1)
+            if len(wanted) * _INNER > n or len(wanted) >= most:
                 return None
             rows = np.unique(np.append(np.searchsorted(along, wanted[:-1]), n - 1))
-        return self.refined(rows)
+        return self.refined(rows, most)
 
 
 def _cut(rows: Ints, parts: Ints) -> Ints:

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 pytest.importorskip("OCP", reason="needs OCP: install cadfit[build123d] or cadfit[cadquery]")
 
+from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.Geom import Geom_BSplineSurface
 from OCP.GProp import GProp_GProps
-from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS
 
-from cadfit import BSpline, Profile, local_spline, polyline
-from cadfit.occt import KernelError, kernel, read_step, sweep_solid, tube_solid, volume, write_step
+from cadfit import BSpline, Profile, local_spline, pieces_to_spline, polyline
+from cadfit.bezier import Array
+from cadfit.fitting.cardinal import cardinal_pieces
+from cadfit.occt import KernelError, breps, kernel, read_step, solids, sweep_solid, tube_solid, volume, write_step
 
 RADIUS = 1.0
+SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
 
 
 def helix(count: int) -> BSpline:
@@ -62,10 +71,45 @@ def precise(solid) -> float:
     return found.Mass()
 
 
-def count(shape, kind: str) -> int:
+def parts(shape, kind: str) -> list:
     found = kernel.Shapes()
     TopExp.MapShapes_s(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"), found)
-    return found.Extent()
+    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
+
+
+def count(shape, kind: str) -> int:
+    return len(parts(shape, kind))
+
+
+def as_face(shape):
+    return getattr(TopoDS, "Face_s", None)(shape) if hasattr(TopoDS, "Face_s") else TopoDS.Face(shape)
+
+
+def tessellated(solid, deflection: float) -> trimesh.Trimesh:
+    """The kernel's triangles, joined where they have the very same corners."""
+    BRepMesh_IncrementalMesh(solid, deflection, False, 0.5, False)
+    vertices, faces = [], []
+    for shape in parts(solid, "FACE"):
+        mesh = BRep_Tool.Triangulation_s(as_face(shape), TopLoc_Location())
+        found = np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]) - 1 + len(vertices)
+        faces.append(found[:, ::-1] if shape.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else found)
+        vertices += [mesh.Node(k).Coord() for k in range(1, mesh.NbNodes() + 1)]
+    joined = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
+    joined.merge_vertices(digits_vertex=10)
+    joined.update_faces(joined.nondegenerate_faces())
+    return joined
+
+
+def on_walls(solid, count: int = 40) -> Array:
+    """Places on the solid's curved faces."""
+    places = []
+    for shape in parts(solid, "FACE"):
+        surface = BRep_Tool.Surface_s(as_face(shape))
+        if isinstance(surface, Geom_BSplineSurface):
+            u0, u1, v0, v1 = surface.Bounds()
+            grid = ((u, v) for u in np.linspace(u0, u1, 9) for v in np.linspace(v0, v1, count))
+            places += [surface.Value(u, v).Coord() for u, v in grid]
+    return np.array(places)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -81,20 +125,124 @@ def test_tube_has_the_exact_volume_in_memory_and_from_step(name, tmp_path):
     assert count(read, "FACE") == count(made, "FACE")
 
 
+@pytest.mark.parametrize("name", ["helix, 60 points", "trefoil", "vertical S", "inflection"])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_walls_are_within_the_tolerance(name, tolerance):
+    path = PATHS[name]
+    off = np.abs(path.nearest(on_walls(tube_solid(path, RADIUS, tolerance)))[1] - RADIUS)
+    assert off.max() <= tolerance
+    assert off.max() >= 1e-3 * tolerance  # no more accurate, and heavier, than asked for
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_the_kernels_triangles_are_watertight(name):
+    path = PATHS[name]
+    mesh = tessellated(tube_solid(path, RADIUS), 0.05)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(np.pi * RADIUS**2 * path.length(), rel=5e-2)
+
+
 def test_mitre_is_exact():
-    square = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-    assert volume(sweep_solid(CORNER, square)) == pytest.approx(4 * 35.0, rel=1e-12)
+    assert volume(sweep_solid(CORNER, SQUARE)) == pytest.approx(4 * 35.0, rel=1e-12)
     assert volume(tube_solid(CORNER, RADIUS)) == pytest.approx(np.pi * 35.0, rel=1e-6)
+    off = volume(sweep_solid(CORNER, np.add(SQUARE, [3.0, 0.0])))  # inside the bend, so shorter
+    assert off == pytest.approx(4 * (17.0 + 12.0), rel=1e-12)
+
+
+def test_curved_parts_meet_in_a_mitre():
+    t = np.linspace(0.0, 1.0, 20)
+    first = local_spline(np.column_stack([20 * t, 3 * np.sin(6 * t), 0 * t]))
+    second = local_spline(first.poles[-1] + np.column_stack([2 * t**2, 20 * t, 4 * t**2]))
+    made = tube_solid([first, second], RADIUS)
+    assert count(made, "FACE") == 6
+    assert precise(made) == pytest.approx(np.pi * (first.length() + second.length()), rel=1e-5)
+    assert tessellated(made, 0.01).is_watertight
 
 
 def test_hollow_and_holes():
     path = helix(60)
-    assert volume(tube_solid(path, 1.0, thickness=0.25)) == pytest.approx(np.pi * 0.4375 * path.length(), rel=1e-5)
+    assert volume(tube_solid(path, 1.0, thickness=0.25)) == pytest.approx(np.pi * 0.4375 * path.length(), rel=2e-5)
     frame = Profile.of([[-2, -1], [2, -1], [2, 1], [-2, 1]], [[-1, -0.5], [1, -0.5], [1, 0.5], [-1, 0.5]])
     assert precise(sweep_solid(path, frame, 1e-5)) == pytest.approx(6.0 * path.length(), rel=2e-6)
     ring = tube_solid(trefoil(), 1.0, thickness=0.25)
     assert count(ring, "SHELL") == 2
     assert volume(ring) == pytest.approx(np.pi * 0.4375 * trefoil().length(), rel=1e-4)
+    assert tessellated(ring, 0.05).body_count == 2
+
+
+def test_round_ends(tmp_path):
+    straight = polyline([[0, 0, 0], [5, 0, 0]])
+    ball = tube_solid(straight, 1.0, caps="round")
+    write_step(tmp_path / "round.step", ball)
+    for solid in (ball, *read_step(tmp_path / "round.step")):
+        assert BRepCheck_Analyzer(solid).IsValid()
+        assert precise(solid) == pytest.approx(np.pi * (5.0 + 4.0 / 3.0), rel=1e-9)
+        assert tessellated(solid, 0.01).is_watertight
+    off = np.abs(straight.nearest(on_walls(ball))[1] - 1.0)
+    assert off.max() < 1e-12
+    bar = sweep_solid(straight, SQUARE, caps="round")
+    assert precise(bar) == pytest.approx(4 * (5.0 + 2 * np.sqrt(2) * 2 / 3), rel=1e-9)
+    with pytest.raises(ValueError, match="round caps are for"):
+        tube_solid(straight, 1.0, thickness=0.2, caps="round")
+
+
+def test_varying_radius_and_twist():
+    straight = polyline([[0, 0, 0], [10, 0, 0]])
+    cone = tube_solid(straight, lambda u: 2.0 - 0.1 * u)
+    assert precise(cone) == pytest.approx(np.pi * 10 * (4 + 2 + 1) / 3, rel=1e-9)
+    wavy = tube_solid(straight, lambda u: 1.0 + 0.2 * np.sin(u), 1e-5)
+    u = np.linspace(0.0, 10.0, 100_001)
+    assert precise(wavy) == pytest.approx(np.trapezoid(np.pi * (1.0 + 0.2 * np.sin(u)) ** 2, u), rel=1e-5)
+    places = on_walls(wavy)
+    off = np.hypot(places[:, 1], places[:, 2]) - 1.0 - 0.2 * np.sin(places[:, 0])
+    assert np.abs(off).max() <= 1e-5
+    twisted = sweep_solid(helix(60), SQUARE, 1e-4, twist=12.0)
+    assert precise(twisted) == pytest.approx(4 * helix(60).length(), rel=1e-4)
+
+
+def test_paths_that_are_not_c2():
+    circle = helix(60)
+    c1 = pieces_to_spline(cardinal_pieces(circle(np.linspace(*circle.domain, 40))))
+    made = tube_solid(c1, RADIUS)
+    assert count(made, "FACE") == 2 * 39 + 2  # curvature jumps at every point, so a wall ends there
+    assert precise(made) == pytest.approx(np.pi * c1.length(), rel=1e-4)
+    from_rest = BSpline([[0, 0, 0], [0, 0, 0], [5, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    assert precise(tube_solid(from_rest, RADIUS)) == pytest.approx(np.pi * 9.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("size", "offset"), [(1e-3, 0.0), (1.0, 1e5), (1e4, 0.0)])
+def test_sizes_and_places(size, offset):
+    path = helix(60).transformed(size * np.eye(3), offset)
+    assert volume(tube_solid(path, size)) == pytest.approx(np.pi * size**2 * path.length(), rel=1e-4)
+
+
+def test_the_check_sees_what_is_wrong(monkeypatch):
+    """A wall, a face or an edge out of place never leaves unnoticed."""
+    honest = breps.wall
+
+    def bent(loop, rails, closed):
+        poles = rails[0].poles.copy()
+        poles[len(poles) // 2, 3:] *= 0.9
+        return honest(loop, [BSpline(poles, rails[0].knots), *rails[1:]], closed)
+
+    def open_(loop, rails, closed):
+        faces, first, last = honest(loop, rails, closed)
+        return faces[:-1], first, last
+
+    for broken in (bent, open_):
+        with monkeypatch.context() as patch:
+            patch.setattr(breps, "wall", broken)
+            with pytest.raises(KernelError, match=r"volume|invalid"):
+                tube_solid(PATHS["vertical S"], RADIUS)
+    rail = solids.rail
+
+    def narrow(stretch, scale, reach, tolerance):
+        return rail(stretch, 0.99 * scale, reach, tolerance)
+
+    monkeypatch.setattr(solids, "rail", narrow)
+    with pytest.raises(KernelError, match="the walls hold"):
+        tube_solid(PATHS["vertical S"], RADIUS)
 
 
 def test_impossible_tubes_say_why():
