@@ -16,16 +16,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
+from numpy.typing import ArrayLike
+from scipy.interpolate import make_interp_spline
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.joining import join
-from cadfit.occt.kernel import KernelError
-from cadfit.sweeping.frames import SMOOTH, frames
+from cadfit.sweeping.frames import SLOW, SMOOTH, frames
 from cadfit.sweeping.stations import breaks, chain
-
-Scale = Callable[[Array], Array]
 
 _TURN = 0.02  # radians between stations, about
 _FEWEST = 256  # stations on a stretch
@@ -60,6 +58,13 @@ class Stretch:
     slopes: Array
     leaning: Array
 
+    def by_length(self, law: BSpline) -> Array:
+        """Return the rate (n,) of a law of the caller's parameter by the length; zero where the path stands still."""
+        u = self.given.copy()
+        u[-1] = np.nextafter(u[-1], -np.inf)  # the rate from this side
+        moving = self.speeds > SLOW * self.speeds.max()
+        return np.where(moving, law.derivative(u)[:, 0] / np.where(moving, self.speeds, 1.0), 0.0)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spine:
@@ -69,17 +74,15 @@ class Spine:
     closed: bool
 
 
-def spine(path: BSpline, reach: float, twist: float = 0.0, density: int = 1) -> Spine:
-    """Return the stretches of a path in 3D for profiles that reach so far from it, turned by `twist` radians in all.
+def spine(path: BSpline, reach: float, twist: BSpline, up: ArrayLike | None = None, density: int = 1) -> Spine:
+    """Return the stretches of a path in 3D for profiles that reach so far from it, turned by the law `twist`.
 
     `density` multiplies the stations. Stretches end at corners, and where curvature or speed jumps, since there a
-    wall's edge is. Frames run on over them: rotation-minimizing, turned by the least angle at a corner; what a closed
-    path lacks in the end is spread evenly.
-
-    Raises KernelError at a cusp and where the path turns straight back.
+    wall's edge is. Frames run on over them: rotation-minimizing or with `up` as `cadfit.frames`, turned by the least
+    angle at a corner; what a closed path lacks in the end is spread evenly.
     """
     pieces, wrap = _pieces(path, reach)
-    stretches = [_stretch(piece, wrap, density) for piece in pieces]
+    stretches = [_stretch(piece, wrap, up, density) for piece in pieces]
     closed = path.closed
     # One frame for all: carried over each joint by the rotation that takes tangent to tangent.
     turns, total = [0.0], sum(s.lengths[-1] for s in stretches)
@@ -88,9 +91,10 @@ def spine(path: BSpline, reach: float, twist: float = 0.0, density: int = 1) -> 
     lacking = 0.0
     if closed:
         lacking = -math.remainder(turns[-1] + _mismatch(stretches[-1], stretches[0]), 2.0 * math.pi)
-    rate, done, out = (lacking + twist) / total, 0.0, []
+    rate, done, out = lacking / total, 0.0, []
     for stretch, turn in zip(stretches, turns, strict=True):
-        out.append(_turned(stretch, turn + rate * (done + stretch.lengths), rate))
+        angles, turning = twist(stretch.given)[:, 0], stretch.by_length(twist)
+        out.append(_turned(stretch, turn + rate * (done + stretch.lengths) + angles, rate + turning))
         done += stretch.lengths[-1]
     joints = [*pairwise(out)] + ([(out[-1], out[0])] if closed else [])
     mitres = [_mitre(a, b) for a, b in joints]
@@ -100,15 +104,15 @@ def spine(path: BSpline, reach: float, twist: float = 0.0, density: int = 1) -> 
     return Spine(tuple(_leant(s, a[1], b[0], reach) for s, a, b in zip(out, starts, ends, strict=True)), closed)
 
 
-def rail(stretch: Stretch, scale: Array, reach: float, tolerance: float) -> BSpline | None:
-    """Return path, scaled normal and scaled binormal as one spline (n, 9), few poles, C2 but for the path's ends.
+def rail(stretch: Stretch, law: BSpline, reach: float, tolerance: float) -> BSpline | None:
+    """Return path, normal and binormal, these scaled by a law of the caller's parameter, as one spline (n, 9).
 
-    `scale` (n,) at the stations, `reach`: the farthest place of the profile, unscaled. A place of it is nowhere farther
+    `reach`: the farthest place of the profile, unscaled. A place of it is nowhere farther
     than `tolerance` from where it should be at the same parameter, seen at several stations between any two knots.
     Knots stand among the path's own, where it is exact, or spread by need, and once or twice each: whichever gives
     the fewest poles. None where the stations are too few for the tolerance.
     """
-    values, rates = framed(stretch, scale)
+    values, rates = framed(stretch, law)
     s, n = stretch.lengths, len(stretch.u)
     turns = float((np.linalg.norm(stretch.bends[:-1], axis=1) * np.diff(s)).sum())
     own = np.searchsorted(stretch.u, stretch.path.distinct_knots).clip(max=n - 1)
@@ -132,14 +136,12 @@ def _pieces(path: BSpline, reach: float) -> tuple[list[BSpline], tuple[float, fl
     """Return the path cut where a row of faces ends, and the parameter beyond which they run on, less the period."""
     low, high = path.domain
     crowded = path.distinct_knots[1:-1][path.multiplicities[1:-1] > 1]
-    for u, angle in zip(*breaks(chain(path), path.closed), strict=True):
-        if u not in crowded and u != high:
-            raise KernelError(f"{place(path, u)} the path stops and turns by {math.degrees(angle):.4g} degrees, a cusp")
-        if angle > math.pi - 1e-3:
-            raise KernelError(f"{place(path, u)} the path turns straight back, so no mitre exists")
-    cuts = [float(u) for u in crowded if _jumps(path, float(u), float(u), reach)]
+    corners = breaks(chain(path), path.closed)[0]
+    cuts = {float(u) for u in crowded if _jumps(path, float(u), float(u), reach)} | set(
+        corners[corners < high].tolist()
+    )
     rest, pieces = path, []
-    for u in cuts:
+    for u in sorted(cuts):
         before, rest = rest.split(u)
         pieces.append(before)
     pieces.append(rest)
@@ -157,12 +159,7 @@ def _jumps(path: BSpline, after: float, before: float, reach: float) -> bool:
     return bool(np.linalg.norm(leaving - arriving) > 0.5 * SMOOTH * speed or reach * jump > SMOOTH)
 
 
-def place(path: BSpline, u: float) -> str:
-    """Return where a parameter is, for messages."""
-    return f"at the parameter {u:g}, near ({', '.join(f'{x:g}' for x in path(u))}),"
-
-
-def _stretch(path: BSpline, wrap: tuple[float, float], density: int) -> Stretch:
+def _stretch(path: BSpline, wrap: tuple[float, float], up: ArrayLike | None, density: int) -> Stretch:
     """Return a smooth part of a path with its own frames."""
     spans = path.distinct_knots
     coarse = (spans[:-1, None] + np.diff(spans)[:, None] * np.linspace(0.0, 1.0, 9)[:8]).ravel()
@@ -175,13 +172,19 @@ def _stretch(path: BSpline, wrap: tuple[float, float], density: int) -> Stretch:
     owner = np.repeat(np.arange(len(counts)), counts)
     within = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
     u = np.append(spans[owner] + within * np.diff(spans)[owner], spans[-1])
-    f = frames(path, u)
+    f = frames(path, u, up)
     moves = np.concatenate([[True], np.diff(f.lengths) > 1e-13 * f.lengths[-1]])
     curvature = path.curvature(u)
     bends = np.stack([(curvature * f.normals).sum(axis=1), (curvature * f.binormals).sum(axis=1)], axis=1)
     speeds = np.linalg.norm(path.derivative(u), axis=1)
     given = np.where(u > wrap[0], u - wrap[1], u)
-    none, turning = np.zeros_like(bends), np.full(len(u), -f.holonomy / f.lengths[-1])  # of what frames have spread
+    turning = np.full(len(u), -f.holonomy / f.lengths[-1])  # what frames have spread along a closed path
+    if up is not None:
+        axis = np.asarray(up, dtype=np.float64)
+        turning = (np.cross(axis, curvature) * f.binormals).sum(axis=1) / (np.cross(axis, f.tangents) * f.normals).sum(
+            axis=1
+        )
+    none = np.zeros_like(bends)
     whole = (u, given, f.lengths, speeds, f.origins, f.tangents, f.normals, f.binormals, bends, turning, none, none)
     return Stretch(path, *(np.ascontiguousarray(values[moves]) for values in whole))
 
@@ -195,8 +198,8 @@ def _mismatch(before: Stretch, after: Stretch) -> float:
     return math.atan2(carried @ after.binormals[0], carried @ after.normals[0])
 
 
-def _turned(stretch: Stretch, angles: Array, rate: float) -> Stretch:
-    """Return the stretch with its frames turned about the tangents by angles (n,)."""
+def _turned(stretch: Stretch, angles: Array, rate: Array) -> Stretch:
+    """Return the stretch with its frames turned about the tangents by angles (n,) that grow at this rate (n,)."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     n, b, (x, y) = stretch.normals, stretch.binormals, stretch.bends.T[:, :, None]
     bends = np.hstack([c * x + s * y, c * y - s * x])
@@ -238,13 +241,12 @@ def _leant(stretch: Stretch, start: Array, end: Array, reach: float) -> Stretch:
     return replace(stretch, slopes=slopes, leaning=leaning)
 
 
-def framed(stretch: Stretch, scale: Array) -> tuple[Array, Array]:
-    """Return path, scaled normal and scaled binormal (n, 9) at the stations, and their rates by arc length (n, 9)."""
+def framed(stretch: Stretch, law: BSpline) -> tuple[Array, Array]:
+    """Return path, normal and binormal scaled by a law (n, 9) at the stations, and their rates by arc length (n, 9)."""
     t, n, b = stretch.tangents, stretch.normals, stretch.binormals
     (k1, k2), (m1, m2), (r1, r2) = (v.T[:, :, None] for v in (stretch.bends, stretch.slopes, stretch.leaning))
     turning, bend = stretch.turning[:, None], k1 * n + k2 * b
-    growth = CubicSpline(stretch.lengths, scale)(stretch.lengths, 1)[:, None]
-    scale = scale[:, None]
+    growth, scale = stretch.by_length(law)[:, None], law(stretch.given)
     f, g = n + m1 * t, b + m2 * t
     df = (r1 - k1) * t + turning * b + m1 * bend
     dg = (r2 - k2) * t - turning * n + m2 * bend
