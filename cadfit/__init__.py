@@ -8,6 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cadfit.arcing.approximate import arcs as arcs
+    from cadfit.arcing.result import Arcs as Arcs
     from cadfit.batch import Batch as Batch
     from cadfit.batch import Failure as Failure
     from cadfit.batch import fit_many as fit_many
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     from cadfit.sweeping.tube import tube as tube
 
 _HOME = {
+    "Arcs": "arcing.result",
     "BSpline": "bspline",
     "Batch": "batch",
     "Curves": "files",
@@ -53,6 +56,7 @@ _HOME = {
     "Fit": "fitting.result",
     "Frames": "sweeping.frames",
     "Profile": "sweeping.profile",
+    "arcs": "arcing.approximate",
     "c2_spline": "fitting.cardinal",
     "cardinal_pieces": "fitting.cardinal",
     "cardinal_spline": "fitting.cardinal",

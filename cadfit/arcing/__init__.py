@@ -1,0 +1,1 @@
+"""Curves to lines and arcs: the fewest found (`chain`), certified (`within`), as one immutable result (`result`)."""

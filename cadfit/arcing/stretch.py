@@ -1,0 +1,202 @@
+"""One smooth stretch of a curve to lines and arcs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cadfit.arcing.chain import Layer, layers, more, trace
+from cadfit.arcing.reach import Edges, Nodes, feasible, place_nodes
+from cadfit.arcing.within import bounds
+from cadfit.bezier import Array, Ints, restrict
+
+_MORE = 3  # numbers of arcs to try, to close a chain
+_DENSER = (1.0, 2.0, 4.0, 8.0)
+_TRIES = 12
+_TURNED = 0.5  # tolerances: the last direction's error times the longest chord that is spread over a chain
+_ENDS = 5  # directions at the end of a closed stretch to trace back from
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """Lines and arcs through `joints` (k + 1, 2), the curve's places `at` (k + 1,); centres and sweeps as in `Arcs`."""
+
+    joints: Array
+    at: Array
+    centres: Array
+    sweeps: Array
+
+    def bounds(self, pieces: Array, least: float | None) -> Array:
+        """Return bounds (k,) on the distance of each from its part of the curve, both ways."""
+        parts, owner = cut(pieces, self.at)
+        return bounds(parts, owner, self.joints[:-1], self.joints[1:], self.centres, self.sweeps, least)
+
+
+def fewest(pieces: Array, tolerance: float, max_radius: float, closed: bool) -> Chain:
+    """Return as few lines and arcs within the tolerance of Bézier pieces (m, 4, 2) as are found.
+
+    `closed`: the pieces end where they start, and the tangent is to be continuous there, too. Raises LookupError with a
+    place of the curve where no arcs within the tolerance go on.
+    """
+    for density in _DENSER:
+        nodes = place_nodes(pieces, tolerance, density)
+        edges = feasible(nodes, tolerance, max_radius)
+        try:
+            return _certified(pieces, nodes, edges, tolerance, max_radius, closed)
+        except LookupError as error:
+            where = error.args[0]
+    raise LookupError(float(nodes.at[where]))
+
+
+def joined(chains: list[Chain], pieces: list[int], closed: bool) -> tuple[Chain, Ints]:
+    """Return chains that follow each other, over so many `pieces` each, as one, and the row at which each begins.
+
+    A joint of two chains is the start of the second, to the last bit; so is the end, where they are closed.
+    """
+    before = np.cumsum([0, *pieces])
+    joints = np.concatenate([*(chain.joints[:-1] for chain in chains), chains[-1].joints[-1:]])
+    joints[-1] = joints[0] if closed else joints[-1]
+    at = np.concatenate([*(chain.at[:-1] + b for chain, b in zip(chains, before[:-1], strict=True)), before[-1:]])
+    centres, sweeps = (np.concatenate([getattr(chain, name) for chain in chains]) for name in ("centres", "sweeps"))
+    first = np.cumsum([0, *(len(chain.sweeps) for chain in chains[:-1])])
+    return Chain(joints, at.astype(np.float64), centres, sweeps), first
+
+
+def cut(pieces: Array, at: Array) -> tuple[Array, Ints]:
+    """Return the parts (p, 4, d) of Bézier pieces between places `at` (k + 1,), and which of the k gaps each is in."""
+    places = np.unique(np.concatenate([at, np.arange(np.ceil(at[0]), np.floor(at[-1]) + 1.0)]))
+    low, high = places[:-1], places[1:]
+    k = np.minimum(low.astype(np.intp), len(pieces) - 1)
+    return restrict(pieces[k], low - k, high - k), np.searchsorted(at, low, side="right") - 1
+
+
+def _certified(pieces: Array, nodes: Nodes, edges: Edges, tolerance: float, max_radius: float, closed: bool) -> Chain:
+    """Narrow the choice where a chain turns out to be farther from the curve than it seemed, until one is within."""
+    for _ in range(_TRIES):
+        found = layers(edges)
+        if closed:
+            rows, chain = _around(nodes, edges, found, tolerance, max_radius)
+        else:
+            rows, chain = _along(nodes, edges, found, max_radius)
+        far = chain.bounds(pieces, 0.9 * tolerance)
+        if (far <= tolerance).all():
+            return chain
+        edges = _narrowed(edges, rows, tolerance / far)
+    raise LookupError(int(edges.start[rows[np.argmax(far)]]))
+
+
+def _narrowed(edges: Edges, rows: Ints, ratio: Array) -> Edges:
+    """Return the edges with those rows (k,) narrowed whose ratio (k,) is below 1: by it, or to nothing below a half."""
+    rows, ratio = rows[ratio < 1.0], ratio[ratio < 1.0]
+    middle, half = 0.5 * (edges.low + edges.high)[rows], 0.5 * (edges.high - edges.low)[rows]
+    half = np.where(ratio > 0.5, 0.98 * ratio * half, -1.0)
+    low, high = edges.low.copy(), edges.high.copy()
+    low[rows], high[rows] = middle - half, middle + half
+    return replace(edges, low=low, high=high)
+
+
+def _along(nodes: Nodes, edges: Edges, found: list[Layer], max_radius: float) -> tuple[Ints, Chain]:
+    """Return a chain with free directions at both ends, its nodes first."""
+    low, high = _ends_of(found, len(edges.first) - 2)
+    widest = int(np.argmax(high - low))
+    rows, angle = trace(edges, found, len(edges.first) - 2, 0.5 * float(low[widest] + high[widest]))
+    path = _path(edges, rows)
+    return rows, _chain(nodes, path, nodes.points[::2][path], angle, max_radius)
+
+
+def _around(nodes: Nodes, edges: Edges, found: list[Layer], tolerance: float, max_radius: float) -> tuple[Ints, Chain]:
+    """Return a chain that ends in the direction it starts in, its nodes first.
+
+    An odd number of arcs through given joints closes for one direction at the start, an even number for all or for
+    none. So the joints move a little across the curve, by turns; the chain that turns least by that is taken, of those
+    with one or two arcs more where it would matter.
+    """
+    best, last = (np.inf, np.zeros(0, dtype=np.intp), 0.0), len(edges.first) - 2
+    for _ in range(_MORE):
+        low, high = _ends_of(found, last)
+        angle = 0.5 * float(low.min() + high.max())
+        for _ in range(_ENDS):
+            ends = np.clip(angle, low, high)
+            angle = float(ends[np.argmin(np.abs(ends - angle))])
+            rows, _ = trace(edges, found, last, angle)
+            start, off = _start(edges, rows)
+            best = min(best, (abs(off), rows, start), key=lambda each: each[0])
+            angle -= off
+        following = more(edges, found[-1])
+        if best[0] * _longest(nodes, _path(edges, best[1])) <= _TURNED * tolerance or following is None:
+            break
+        found = [*found, following]
+    _, rows, start = best
+    path = _path(edges, rows)
+    return rows, _chain(nodes, path, _closing(nodes, path, start), start, max_radius)
+
+
+def _path(edges: Edges, rows: Ints) -> Ints:
+    """Return the nodes of a chain of edges."""
+    return np.append(edges.start[rows], edges.end[rows[-1:]])
+
+
+def _longest(nodes: Nodes, path: Ints) -> float:
+    return float(np.linalg.norm(np.diff(nodes.points[::2][path], axis=0), axis=1).max())
+
+
+def _start(edges: Edges, rows: Ints) -> tuple[float, float]:
+    """Return the angle at the first node that the last comes nearest to, of those the chain can have, and how near."""
+    low, high, sign, offset = -np.inf, np.inf, 1.0, 0.0
+    for row in rows:
+        ends = sign * (np.array([edges.low[row], edges.high[row]]) - offset)
+        low, high = max(low, float(ends.min())), min(high, float(ends.max()))
+        sign, offset = -sign, float(edges.total[row]) - offset
+    if sign > 0.0:
+        return 0.5 * (low + high), offset
+    start = min(max(0.5 * offset, low), high)
+    return start, offset - 2.0 * start
+
+
+def _closing(nodes: Nodes, path: Ints, start: float) -> Array:
+    """Return the joints (k + 1, 2), moved so that the chain that starts at this angle ends in that direction."""
+    joints, angles = nodes.points[::2][path], nodes.angles[::2][path]
+    across = np.column_stack([-np.sin(angles), np.cos(angles)]) * ((-1.0) ** np.arange(len(path)))[:, None]
+    across[[0, -1]] = 0.0
+
+    def mismatch(by: float) -> float:
+        turned = _directions(joints + by * across, angles[0] + start)
+        return float((turned[-1] - turned[0] + np.pi) % (2.0 * np.pi) - np.pi)
+
+    by, step = 0.0, 1e-6 * float(np.linalg.norm(np.diff(joints, axis=0), axis=1).min())
+    for _ in range(8):
+        off = mismatch(by)
+        rate = (mismatch(by + step) - mismatch(by - step)) / (2.0 * step)
+        if abs(off) < 1e-13 or rate == 0.0:
+            break
+        by -= off / rate
+    return np.asarray(joints + by * across)
+
+
+def _ends_of(found: list[Layer], node: int) -> tuple[Array, Array]:
+    """Return the intervals of the angle at a node in the last layer."""
+    last = found[-1].node == node
+    return found[-1].low[last], found[-1].high[last]
+
+
+def _directions(joints: Array, start: float) -> Array:
+    """Return the directions (k + 1,) at joints of arcs that continue each other's: mirrored at each chord."""
+    chord = np.diff(joints, axis=0)
+    sign = (-1.0) ** np.arange(len(joints))
+    turned = np.cumsum(2.0 * sign[:-1] * np.arctan2(chord[:, 1], chord[:, 0]))
+    return sign * (start - np.concatenate([[0.0], turned]))
+
+
+def _chain(nodes: Nodes, path: Ints, joints: Array, angle: float, max_radius: float) -> Chain:
+    """Return the arcs through joints that start at an angle to the curve; lines where a radius would be too large."""
+    chord = np.diff(joints, axis=0)
+    start = _directions(joints, nodes.angles[2 * path[0]] + angle)[:-1]
+    turn = np.arctan2(chord[:, 1], chord[:, 0]) - start
+    sweep = 2.0 * (turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
+    half = 0.5 * np.linalg.norm(chord, axis=1)
+    line = half >= max_radius * np.abs(np.sin(0.5 * sweep))
+    height = 1.0 / np.where(line, 1.0, 2.0 * np.tan(0.5 * sweep))
+    centres = 0.5 * (joints[:-1] + joints[1:]) + height[:, None] * np.column_stack([-chord[:, 1], chord[:, 0]])
+    centres[line] = np.nan
+    return Chain(joints, nodes.at[path], centres, np.where(line, 0.0, sweep))
