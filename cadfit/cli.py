@@ -14,6 +14,7 @@ import typer
 
 from cadfit.commands.fit import fit
 from cadfit.commands.info import info
+from cadfit.commands.sweep import sweep
 from cadfit.commands.terminal import Mistake, say
 from cadfit.commands.toolpath import toolpath
 from cadfit.commands.tube import tube
@@ -68,7 +69,7 @@ def _top(
         print(context.get_help())
 
 
-for command in (fit, tube, info, toolpath):
+for command in (fit, tube, sweep, info, toolpath):
     app.command()(command)
 
 if __name__ == "__main__":

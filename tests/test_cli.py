@@ -248,7 +248,7 @@ MISTAKES = {
     "fit of a mesh": (["fit", "mesh.stl", "-o", "a.csv"], "mesh.stl: points are needed, and it holds a mesh"),
     "closed tube of a curve": (
         ["tube", "curve.json", "--closed", "--radius", "1", "-o", "a.stl"],
-        "curve.json: holds curves: --method, --tension, --curvature and --closed are for points",
+        "curve.json: holds curves: --fit, --method, --tension, --curvature and --closed are for points",
     ),
     "command": (["fitt"], "No such command 'fitt'"),
 }
@@ -483,3 +483,111 @@ def children(pid):
             return [int(each) for each in file.read().split()]
     except FileNotFoundError:
         return []
+
+
+SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+
+
+@pytest.fixture
+def vessel(here):
+    """A path with a radius in its last column, and a square with a hole to sweep."""
+    (here / "vessel.csv").write_text(
+        "x,y,z,r\n" + "".join(f"{x!r},{y!r},{z!r},{1 + 0.1 * k / 39!r}\n" for k, (x, y, z) in enumerate(HELIX.tolist()))
+    )
+    write("square.csv", SQUARE)
+    write("hole.csv", 0.5 * np.array(SQUARE))
+
+
+@pytest.mark.usefixtures("vessel")
+def test_a_radius_in_a_column(run):
+    by_name = run("tube", "vessel.csv", "--radius", "r", "-o", "a.stl")
+    by_number = run("tube", "vessel.csv", "--radius", "#4", "-o", "b.stl")
+    assert by_name[0] == by_number[0] == 0
+    assert (read("a.stl").vertices == read("b.stl").vertices).all()
+    radii = 1 + 0.1 * np.linspace(0, 1, 1001)
+    length = float(said(by_name[1])["length"])
+    assert read("a.stl").volume == pytest.approx(np.pi * np.mean(radii**2) * length, rel=1e-3)
+    for column, why in (
+        ("q", "its columns are x, y, z, r; #4 is the fourth"),
+        ("#5", "has 4 columns, and no column #5"),
+    ):
+        status, _, err = run("tube", "vessel.csv", "--radius", column, "-o", "a.stl")
+        assert (status, err.count("\n")) == (2, 1)
+        assert why in err
+    run("fit", "helix.csv", "-o", "curve.json")
+    assert "holds curves, which have no column 'r'" in run("tube", "curve.json", "--radius", "r", "-o", "a.stl")[2]
+
+
+@pytest.mark.usefixtures("vessel")
+def test_pipes_caps_up_and_repair(run):
+    volumes = {}
+    for name, options in {
+        "plain": [],
+        "pipe": ["--thickness", 0.2],
+        "round": ["--caps", "round"],
+        "up": ["--up", "0,0,1"],
+        "fit": ["--fit", 0.01],
+    }.items():
+        assert run("tube", "helix.csv", "--radius", 0.5, *options, "-o", "a.3mf", "-q") == (0, "", "")
+        mesh = read("a.3mf")
+        assert mesh.is_watertight
+        volumes[name] = mesh.volume
+    assert volumes["pipe"] == pytest.approx(volumes["plain"] * (1 - 0.36), rel=1e-3)
+    assert volumes["round"] == pytest.approx(volumes["plain"] + 4 / 3 * np.pi * 0.125, rel=1e-2)
+    assert volumes["up"] == pytest.approx(volumes["plain"], rel=1e-3)
+    assert volumes["fit"] == pytest.approx(volumes["plain"], rel=1e-2)
+    assert run("tube", "helix.csv", "--radius", 0.5, "--caps", "none", "-o", "a.stl", "-q")[0] == 0
+    assert not read("a.stl").is_watertight
+    assert run("tube", "helix.csv", "--radius", 11, "--on-self-intersection", "raise", "-o", "a.stl")[0] == 2
+    pytest.importorskip("manifold3d")
+    assert run("tube", "helix.csv", "--radius", 11, "--on-self-intersection", "repair", "-o", "a.stl", "-q") == (
+        0,
+        "",
+        "",
+    )
+    assert read("a.stl").is_watertight
+
+
+@pytest.mark.usefixtures("vessel")
+@pytest.mark.parametrize("suffix", [".stl", ".3mf", ".ply", ".glb", ".obj"])
+def test_sweeping_a_profile(run, suffix):
+    with_hole = ["--profile", "square.csv", "--profile", "hole.csv"]
+    status, out, err = run("sweep", "helix.csv", *with_hole, "--twist", 90, "-o", f"a{suffix}")
+    assert (status, err) == (0, "")
+    mesh = read(f"a{suffix}")
+    assert mesh.is_watertight
+    assert mesh.euler_number == 0
+    assert len(mesh.split(only_watertight=False)) == 1
+    assert mesh.volume == pytest.approx(3 * float(said(out)["length"]), rel=1e-3)
+    assert said(out)["profile"] == "square.csv, hole.csv"
+
+
+@pytest.mark.usefixtures("vessel")
+def test_what_a_sweep_refuses(run):
+    write("flat.csv", [[0, 0], [1, 0], [2, 0]])
+    for arguments, why in [
+        (["--profile", "flat.csv"], "flat.csv: the outline of the profile encloses no area"),
+        (["--profile", "helix.csv"], "helix.csv: a profile's polygon must have the shape (n >= 3, 2), not (40, 3)"),
+        (["--profile", "square.csv", "--up", "0,1"], "helix.csv: --up must be three numbers with commas"),
+        (["--profile", "square.csv", "--scale", 0], "helix.csv: the profile must not vanish"),
+        (["--profile", "hole.csv", "--profile", "square.csv"], "helix.csv: the profile cannot be filled"),
+        ([], "Missing option '--profile'"),
+    ]:
+        status, _, err = run("sweep", "helix.csv", *arguments, "-o", "a.stl")
+        assert (status, err.count("\n")) == (2, 1)
+        assert err.startswith(f"cadfit: {why}")
+
+
+@pytest.mark.usefixtures("vessel")
+def test_a_3mf_is_in_millimetres(run):
+    run("tube", "helix.csv", "--radius", 0.5, "-o", "a.3mf", "-q")
+    run("tube", "helix.csv", "--radius", 0.5, "--unit", "inch", "-o", "b.3mf", "-q")
+    assert read("b.3mf").extents == pytest.approx(25.4 * read("a.3mf").extents)
+    assert read("b.3mf", "inch").extents == pytest.approx(read("a.3mf").extents)
+
+
+@pytest.mark.usefixtures("vessel")
+def test_texture_coordinates_are_written(run):
+    for suffix in (".obj", ".glb"):
+        run("sweep", "helix.csv", "--profile", "square.csv", "--texture", "-o", f"a{suffix}", "-q")
+        assert trimesh.load_mesh(f"a{suffix}", process=False).visual.uv is not None

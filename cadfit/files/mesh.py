@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+_MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
+_STATED = {"micron": 1e-3, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}  # 3MF's names
 _SINGLE = (".stl", ".ply", ".glb")  # these hold 32-bit numbers
 
 
 def read(path: Path, unit: str) -> Any:
-    """Return the `trimesh.Trimesh` of a mesh file, the parts of a scene in one.
+    """Return the `trimesh.Trimesh` of a mesh file, the parts of a scene in one; a 3MF's coordinates in the unit.
 
     Raises ValueError when the file is not what its suffix says or has no faces.
     """
@@ -25,11 +27,15 @@ def read(path: Path, unit: str) -> Any:
         ) from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise ValueError(f"{path}: no faces in it")
+    if path.suffix.lower() == ".3mf":
+        factor = _STATED.get(str(mesh.units), 1.0) / _MILLIMETRES[unit]
+        if factor != 1.0:
+            mesh.apply_scale(factor)  # type: ignore[no-untyped-call]
     return mesh
 
 
 def write(path: Path, mesh: Any, unit: str) -> None:
-    """Write a `trimesh.Trimesh`.
+    """Write a `trimesh.Trimesh`; `unit` is that of its coordinates, for 3MF, which is written in millimetres.
 
     Raises ValueError when different vertices would become one in the 32-bit numbers of STL, PLY and GLB, as they do
     far from the origin.
@@ -41,7 +47,7 @@ def write(path: Path, mesh: Any, unit: str) -> None:
             f"{suffix} holds 32-bit numbers, in which {lost} of {len(vertices)} vertices would fall on others: "
             "move the mesh to the origin, or write .3mf or .obj"
         )
-    if "uv" in mesh.face_attributes:
+    if "uv" in getattr(mesh, "face_attributes", {}):
         if suffix in (".glb", ".obj"):
             from cadfit.sweeping.texture import textured
 
@@ -49,6 +55,9 @@ def write(path: Path, mesh: Any, unit: str) -> None:
         else:  # the others have no place for it
             mesh = mesh.copy()
             del mesh.face_attributes["uv"]
+    if suffix == ".3mf" and unit != "mm":
+        mesh = mesh.copy()
+        mesh.apply_scale(_MILLIMETRES[unit])
     options = {}
     if suffix == ".obj":  # trimesh writes 8 decimals, whatever the size
         size = float(np.abs(vertices).max(initial=1e-300))

@@ -76,6 +76,25 @@ def write(path: Path, result: Array | Curves, unit: str, progress: Progress = un
                 file.writelines(separator.join(map(repr, row)) + "\n" for row in rows)
 
 
+def names(path: Path) -> list[str]:
+    """Return the names of a text file's columns: the line above its numbers where that has a name for each; else none.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "a.csv"
+    >>> _ = path.write_text("x, y, z, r\\n0, 0, 0, 1\\n")
+    >>> names(path)
+    ['x', 'y', 'z', 'r']
+    """
+    lines = [line.strip().lstrip("#%/").strip() for line in _text(path).splitlines()]
+    lines = [line for line in lines if line]
+    first = next((k for k, line in enumerate(lines) if _separator(line) != ""), 0)
+    if first == 0:
+        return []
+    separator = _separator(lines[first])
+    found = [cell.strip(' \t"') for cell in lines[first - 1].split(separator)]
+    return found if len(found) == len(_cells(lines[first], separator)) else []
+
+
 class _BadLine(ValueError):
     """What is wrong with one line, and which it is."""
 

@@ -20,12 +20,15 @@ _DEEPEST = 24  # halvings of the domain: a function that needs more jumps
 _FIRST = 16  # pieces that a function is given from the start, so that none of its bumps is stepped over
 
 
-def law_of(value: Any, domain: tuple[float, float], name: str, accuracy: float, at: Array | None = None) -> BSpline:
+def law_of(
+    value: Any, domain: tuple[float, float], name: str, accuracy: float, at: Array | None = None, closed: bool = False
+) -> BSpline:
     """Return what varies along a path as a spline of its parameter, with one coordinate.
 
     `value`: a number; a `BSpline` with one coordinate over the same domain; a function from parameters (n,) to values
     (n,); values (n,) at the parameters `at`; or parameters and values in rows (n, 2). Values are joined by monotone
-    cubics (no overshoot) and held beyond the first and the last. A function is followed to `accuracy`.
+    cubics (no overshoot), and held beyond the first and the last, or with `closed` joined across the seam. A function
+    is followed to `accuracy`.
 
     Raises TypeError or ValueError saying what is wrong with which value.
 
@@ -38,7 +41,7 @@ def law_of(value: Any, domain: tuple[float, float], name: str, accuracy: float, 
         law = _followed(value, domain, name, accuracy)
     else:
         values = _numbers(value, name)
-        law = _constant(float(values), domain) if values.ndim == 0 else _through(values, domain, name, at)
+        law = _constant(float(values), domain) if values.ndim == 0 else _through(values, domain, name, at, closed)
     return law
 
 
@@ -85,7 +88,7 @@ def _same_domain(law: BSpline, domain: tuple[float, float], name: str) -> BSplin
     return law
 
 
-def _through(values: Array, domain: tuple[float, float], name: str, at: Array | None) -> BSpline:
+def _through(values: Array, domain: tuple[float, float], name: str, at: Array | None, closed: bool) -> BSpline:
     """Return the monotone cubics through values at parameters."""
     from scipy.interpolate import PchipInterpolator
 
@@ -108,6 +111,10 @@ def _through(values: Array, domain: tuple[float, float], name: str, at: Array | 
     at, values = at[keep], values[keep]
     if at[0] < low or at[-1] > high:
         raise ValueError(f"the {name} is given from {at[0]:g} to {at[-1]:g}, the path runs from {low:g} to {high:g}")
+    if closed and (at[0] > low or at[-1] < high):
+        seam = np.interp(high, [at[-1], at[0] + high - low], [values[-1], values[0]])
+        inner = (at > low) & (at < high)
+        at, values = np.array([low, *at[inner], high]), np.array([seam, *values[inner], seam])
     if at[0] > low:
         at, values = np.append(low, at), np.append(values[0], values)
     if at[-1] < high:

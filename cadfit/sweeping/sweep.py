@@ -96,10 +96,11 @@ def sweep(
         raise ValueError("round caps are for profiles without holes")
     tolerance = positive(shape.reach / 100.0 if tolerance is None else tolerance, "tolerance")
     relative = tolerance / shape.reach
-    sizes = law_of(scale, along.domain, "scale", 0.1 * relative, at)
+    sizes = law_of(scale, along.domain, "scale", 0.1 * relative, at, along.closed)
+    _refuse_vanishing(sizes)
     if is_number(twist):
         twist = np.array([[along.domain[0], 0.0], [along.domain[1], twist]], dtype=np.float64)
-    turns = law_of(twist, along.domain, "twist", 0.1 * relative, at)
+    turns = law_of(twist, along.domain, "twist", 0.1 * relative, at, along.closed)
     loops = polygons(shape, _SHARE * tolerance / largest(sizes))
     section = Section(loops, [sizes] * len(loops), turns)
     return swept(
@@ -270,12 +271,17 @@ def _walls(rings: Rings, section: Section, closed: bool, caps: Caps) -> Ints:
 
 
 def _check_section(path: BSpline, section: Section) -> None:
-    if (low := min(map(smallest, section.scales))) <= 0.0:
-        raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g} or below")
+    for law in section.scales:
+        _refuse_vanishing(law)
     if path.closed:
         first, last = section.at(np.array(path.domain))
         if np.abs(last - first).max() > 1e-9 * section.reach:
             raise ValueError("the path is closed, but the profile does not end as it starts: see its scale and twist")
+
+
+def _refuse_vanishing(law: BSpline) -> None:
+    if (low := smallest(law)) <= 0.0:
+        raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g} or below")
 
 
 def path_of(path: Any) -> BSpline:

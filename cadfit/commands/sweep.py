@@ -1,0 +1,105 @@
+"""`cadfit sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cadfit.commands.along import (
+    Answer,
+    Caps,
+    Ends,
+    FitWithin,
+    Meeting,
+    MeshWithin,
+    Source,
+    Texture,
+    Up,
+    number_or_name,
+    up_of,
+    way_in,
+)
+from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
+from cadfit.commands.terminal import about, busy, check, report, timed, write_all
+
+
+def sweep(
+    source: Source,
+    output: Out,
+    profile: Annotated[
+        list[Path],
+        typer.Option(help="Polygon or closed curves in 2D; again for each hole.", show_default=False),
+    ],
+    scale: Annotated[str, typer.Option(help="The profile's scale: a number, or a column of PATH, s or #4.")] = "1",
+    twist: Annotated[float, typer.Option(help="The turn of the profile over the whole path, in degrees.")] = 0.0,
+    caps: Ends = Caps.flat,
+    up: Up = None,
+    tolerance: MeshWithin = None,
+    fit: FitWithin = None,
+    method: HowTo = None,
+    tension: Tension = None,
+    curvature: Curvature = None,
+    closed: Closed = None,
+    on_self_intersection: Meeting = Answer.warn,
+    texture: Texture = False,
+    unit: InUnit = Unit.mm,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Sweep a profile along points or a curve, and write the mesh to .stl .3mf .ply .glb .obj."""
+    import math
+
+    from cadfit.files.facts import facts
+    from cadfit.methods import How
+    from cadfit.stages import stage
+    from cadfit.sweeping.profile import Profile
+    from cadfit.sweeping.sweep import sweep as swept
+
+    with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
+        check(source, output, "mesh")
+        loops = [_loop(path, unit.value) for path in profile]
+        with about(profile[0]):
+            shape = Profile.of(*loops)
+        with about(source):
+            if method in (Method.tolerance, Method.dominant):
+                raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
+            size = number_or_name(scale)
+            how = How(method, closed, tension, curvature, fit)
+            way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
+            with stage("sweeping"):
+                mesh = swept(
+                    way.curve,
+                    shape,
+                    tolerance,
+                    scale=size if isinstance(size, float) else way.values,
+                    twist=math.radians(twist),
+                    up=up_of(up),
+                    caps=caps.value,
+                    on_self_intersection=on_self_intersection.value,
+                    texture=texture,
+                    progress=progress,
+                )
+        write_all(source, output, "mesh", 3, mesh, unit)
+    of_mesh = facts(mesh)
+    del of_mesh["kind"]
+    report(str(source), way.said | {"profile": ", ".join(map(str, profile))} | of_mesh, output, quiet)
+
+
+def _loop(path: Path, unit: str) -> Any:
+    """Return a polygon (n, 2) or curves in two dimensions; those of a flat 3D file are laid down."""
+    import numpy as np
+
+    from cadfit.files import Curves, read
+
+    with about(path):
+        found = read(path, unit)
+        if isinstance(found, Curves):
+            poles = np.concatenate([curve.poles for curve in found.curves])
+            if found.dimension == 3 and np.ptp(poles[:, 2]) == 0.0:
+                return [curve.transformed(np.eye(2, 3)) for curve in found.curves]
+            return list(found.curves)
+        if not isinstance(found, np.ndarray):
+            raise ValueError("holds a mesh, which is no profile")
+        return found[:, :2] if found.shape[1] == 3 and np.ptp(found[:, 2]) == 0.0 else found
