@@ -63,6 +63,8 @@ def run(text, step=0.01):
                 centres = code == 90.1
             else:
                 events.append(("code", code, tuple(sorted(named.items()))))
+        if comments and not (motion in (1, 2, 3, 5) and set(named) & set("XYZIJKR")):
+            events.append(("said", "", tuple(comments)))
         told = [float(value) for letter, value in words if letter == "M"]
         for code in told:
             if code in (82, 83):
@@ -153,10 +155,22 @@ def together(events):
 
 
 def farthest(first, second):
-    """The largest distance from a place of either path to the other, both as points (n, 3)."""
-    there, _ = cKDTree(second).query(first)
-    back, _ = cKDTree(first).query(second)
-    return max(there.max(), back.max())
+    """The largest distance from a vertex of either path (n, 3) to the other path, a polyline."""
+    return max(_from(first, second), _from(second, first))
+
+
+def _from(points, path):
+    """The largest distance from points to a polyline: to the segments around the nearest vertex, which bounds it."""
+    _, near = cKDTree(path).query(points)
+    best = np.full(len(points), np.inf)
+    for start in (near + k for k in range(-4, 4)):
+        start = np.clip(start, 0, len(path) - 2)
+        a, b = path[start], path[start + 1]
+        along = b - a
+        square = np.maximum((along**2).sum(axis=1), 1e-300)
+        place = np.clip(((points - a) * along).sum(axis=1) / square, 0, 1)[:, None]
+        best = np.minimum(best, np.linalg.norm(points - a - place * along, axis=1))
+    return best.max()
 
 
 def compare(before, after, step=0.01):

@@ -70,7 +70,7 @@ def judged(text, tolerance):
     assert done.moves[1] <= done.moves[0]
     step = max(tolerance / 4, 0.002)
     unit = 25.4 if "G20" in text else 1.0
-    assert compare(text, out, step) <= np.hypot(done.deviation, step / 2) + 1e-5 * unit
+    assert compare(text, out, step) <= done.deviation + step**2 / (16 * tolerance) + 1e-5 * unit
     assert done.deviation <= tolerance
 
 

@@ -53,7 +53,7 @@ def held(text, tmp_path, tolerance, **options):
     done = refit(source, target, tolerance, **options)
     step = tolerance / 8
     apart = compare(told(source), told(target), step)
-    assert apart <= np.hypot(done.deviation, step / 2) + 2e-4 * (
+    assert apart <= done.deviation + step**2 / (16 * tolerance) + 2e-4 * (
         25.4 if "G20" in text else 1.0
     )  # what it prints is rounded
     return done
