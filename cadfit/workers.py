@@ -60,7 +60,7 @@ def outcomes(
     most = max(1, min(jobs or processors(), len(left)))
     if jobs == 1 or (executor is None and most == 1):
         for key, task in left.items():
-            yield key, carried_out(job, task, _here())
+            yield key, carried_out(job, task, "")
         return
     while left:
         with _processes(min(most, len(left))) as pool:
@@ -72,7 +72,10 @@ def outcomes(
 
 
 def carried_out(job: Job, task: Any, caller: str) -> Outcome:
-    """Return the outcome of a task; its warnings are carried along where this is not the process of the caller."""
+    """Return the outcome of a task; its warnings are carried along unless this is the process of the caller.
+
+    There it may be one of several threads, which catching warnings is not safe for.
+    """
     start = perf_counter()
     with warnings.catch_warnings(record=True) if _here() != caller else _nothing() as caught:
         if caught is not None:

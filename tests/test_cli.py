@@ -405,6 +405,14 @@ def test_one_file_into_a_folder_and_stages_on_request(run, waves):
     assert {"reading", "taking spans away", "writing"} < {line[13:] for line in err.splitlines()}
 
 
+def test_warnings_of_several_files_name_theirs(run, waves):
+    write("edge.csv", np.array([[1, 0], [0.5, 0.1], [0, 0], [0.5, -0.1], [1, 0.0]]))
+    status, _, err = run("fit", "a.csv", "edge.csv", "-o", "out", "--format", "json", "--jobs", "1", "-q")
+    assert status == 0
+    assert err.startswith("cadfit: warning: edge.csv: the last row repeats the first")
+    assert err.count("\n") == 1
+
+
 def test_writing_that_fails_stops_no_other_file(run, waves):
     os.makedirs("out/b.json")
     status, _, err = run("fit", "a.csv", "b.csv", "c.csv", "-o", "out", "--format", "json", "--jobs", "1")
