@@ -37,8 +37,11 @@ def missing(code):
 
 
 def bound_and_used(code):
-    names = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)]
+    nodes = list(ast.walk(ast.parse(code)))
+    names = [node for node in nodes if isinstance(node, ast.Name)]
     bound = {node.id for node in names if isinstance(node.ctx, ast.Store)}
+    bound |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    bound |= {(node.asname or node.name).split(".")[0] for node in nodes if isinstance(node, ast.alias)}
     return bound, {node.id for node in names} - bound
 
 
@@ -102,6 +105,7 @@ def test_a_block_that_is_wrong_is_seen(tmp_path):
         run_doctest(">>> 1 + 1\n3\n", {}, set())
     with pytest.raises(AssertionError, match="cadfit info none"):
         run_shell(f"cadfit info none{tmp_path.name}.csv\n", set())
+    assert bound_and_used("from a import b\nimport c.d as e, f.g\nh = b(i)") == ({"b", "e", "f", "h"}, {"i"})
     names, skipped = {}, {"host"}
     run_python("part = host.make()\n", names, skipped)
     run_python("print(part)\n", names, skipped)
