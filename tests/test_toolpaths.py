@@ -274,3 +274,9 @@ def test_the_test_sees_a_path_that_strays(tmp_path):
     for what, other in (("M5\n", ""), ("F800", "F801"), ("S12000", "S1200"), ("(part)", ""), ("G0 Z5", "G0 Z6")):
         with pytest.raises(AssertionError):
             compare(text, out.replace(what, other, 1), 0.05)
+
+
+def test_best_takes_fewer_arcs(tmp_path):
+    text = HEAD + program(flower()) + FOOT
+    fast, best = (refitted(text, tmp_path, effort=effort)[1] for effort in ("fast", "best"))
+    assert best.moves[1] < 0.75 * fast.moves[1]

@@ -82,7 +82,7 @@ def test_programs_at_random(text, tolerance):
 
 @pytest.mark.slow
 @given(PROGRAMS, st.sampled_from([0.2, 0.05, 0.01]))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_many_programs_at_random(text, tolerance):
     judged(text, tolerance)
 
@@ -99,7 +99,7 @@ def test_damaged_programs(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_many_damaged_programs(data):
     damaged(data)
 

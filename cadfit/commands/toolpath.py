@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cadfit.commands.options import Quiet
+from cadfit.commands.options import Effort, Quiet
 from cadfit.commands.terminal import Mistake, about, busy, report
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def toolpath(
             help="arcs: G2 and G3; g5: cubic pieces of LinuxCNC (X and Y); poly: of Siemens; spl: of Heidenhain."
         ),
     ] = Words.arcs,
+    effort: Annotated[Effort, typer.Option(help="fast, or best for fewer arcs in ten times the time.")] = Effort.fast,
     decimals: Annotated[int | None, typer.Option(help="Of coordinates.  [4, in inches 5]")] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -48,7 +49,14 @@ def toolpath(
         raise Mistake(f"{output}: the output would replace the input")
     with busy(f"refitting {source}", quiet) as progress, about(source):
         done = refit(
-            source, output, tolerance, corner=radians(corner), decimals=decimals, curves=curves.value, progress=progress
+            source,
+            output,
+            tolerance,
+            corner=radians(corner),
+            decimals=decimals,
+            curves=curves.value,
+            effort=effort.value,
+            progress=progress,
         )
     report(str(source), _said(done), [output], quiet)
 

@@ -90,10 +90,10 @@ def arc_from(start: Point, direction: Point, end: Point, rules: Rules) -> Piece 
     if abs(sweep) > 6.2:
         return None
     centre = (start[0] - radius * direction[1], start[1] + radius * direction[0])
-    return _written(start, end, centre, sweep, rules)
+    return written_arc(start, end, centre, sweep, rules)
 
 
-def _written(start: Point, end: Point, centre: Point, sweep: float, rules: Rules) -> Piece | None:
+def written_arc(start: Point, end: Point, centre: Point, sweep: float, rules: Rules) -> Piece | None:
     """Return the arc about the rounded centre, and the sweep it then has."""
     found = _written_centre(start, end, centre, rules)
     if found is None:
@@ -155,5 +155,5 @@ def biarc(start: Point, leaving: Point, end: Point, arriving: Point, rules: Rule
         return None
     if second.centre is None:
         return first, Piece(middle, end)
-    back = _written(middle, end, second.centre, -second.sweep, rules)
+    back = written_arc(middle, end, second.centre, -second.sweep, rules)
     return None if back is None else (first, back)

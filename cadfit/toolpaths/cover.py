@@ -139,7 +139,7 @@ class _Path:
             pair = biarc(self.written[at], leaving, self.written[last], arriving, self.rules)
             if pair is None:
                 continue
-            halves = _halves(self.points[at : last + 1], pair[0])
+            halves = cut_at(self.points[at : last + 1], pair[0])
             step = None if halves is None else self._kept(at, last, pair, halves)
             if step is not None:
                 return step
@@ -167,10 +167,15 @@ class _Path:
 _Make = Callable[[_Path, int, int, Point | None], Step | None]
 
 
-def _halves(points: Array, first: Piece) -> tuple[Array, Array] | None:
-    """Return the polyline in two parts, cut where it passes the end of a piece: at the normal nearest to it."""
-    end, along = np.array(first.end), np.array(first.direction(True))
-    gap = points - end
+def cut_at(points: Array, piece: Piece) -> tuple[Array, Array] | None:
+    """Return the polyline in two parts, cut where it passes the end of a piece: at the normal nearest to it.
+
+    None where it does not pass it within half as much again as the piece is long.
+    """
+    end, along = np.array(piece.end), np.array(piece.direction(True))
+    reach = np.cumsum(np.hypot(*np.diff(points, axis=0).T))
+    near_enough = 2 + int(np.searchsorted(reach, 1.5 * piece.length))
+    gap = points[: near_enough + 1] - end
     ahead = gap @ along
     passes = np.flatnonzero((ahead[:-1] <= 0.0) & (ahead[1:] > 0.0))
     if not len(passes):

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from math import dist, inf, pi, radians
 from os import PathLike
 from pathlib import Path
-from typing import IO, Literal, get_args
+from typing import IO, Literal, NamedTuple, get_args
 
 from cadfit import bezier
+from cadfit.fitting.approximate import Effort
 from cadfit.replacing import replacing
 from cadfit.toolpaths.biarcs import Rules
 from cadfit.toolpaths.klartext import Klartext
@@ -56,6 +57,7 @@ def refit(
     corner: float = radians(35.0),
     decimals: int | None = None,
     curves: Curves = "arcs",
+    effort: Effort = "fast",
     progress: Callable[[float], None] | None = None,
 ) -> Summary:
     """Write a program of G-code with its cutting moves refitted by lines and arcs within a tolerance.
@@ -65,7 +67,8 @@ def refit(
     in inches 5. Lines of anything but plain cuts are written as they are, with the modes as they were before each.
     `curves`: "arcs" for G2 and G3 (and lines); "g5" for the cubic pieces of LinuxCNC, in the plane of X and Y; "poly"
     for those of Siemens; "spl" for those of Heidenhain, with the whole program in its
-    plain language. `progress` is called with the part that is done, from 0 to 1.
+    plain language. `effort`: "best" for fewer arcs in ten times the time (`cadfit.arcs`). `progress` is called with
+    the part that is done, from 0 to 1.
 
     Raises ValueError naming the line for a file that is no G-code, contradicts itself, or has macros; then, and when
     writing fails, what was at `target` is as it was.
@@ -78,9 +81,11 @@ def refit(
         raise ValueError(f"decimals must be 1 to 9, not {decimals}")
     if curves not in get_args(Curves):
         raise ValueError(f"curves must be one of {get_args(Curves)}, not {curves!r}")
+    if effort not in get_args(Effort):
+        raise ValueError(f"effort must be one of {get_args(Effort)}, not {effort!r}")
     path = Path(source)
     with path.open("rb") as program, replacing(Path(target)) as beside, beside.open("wb") as out:
-        job = _Job(out, tolerance, corner, decimals, curves)
+        job = _Job(out, _How(tolerance, corner, decimals, curves, effort == "best"))
         size = max(path.stat().st_size, 1)
         for block in _blocks(program):
             job.take(block)
@@ -108,15 +113,24 @@ def _blocks(program: IO[bytes]) -> Iterator[Block]:
         refuse(line, "the file begins with % and does not end with it: it is cut short")
 
 
+class _How(NamedTuple):
+    """What was asked for."""
+
+    tolerance: float
+    corner: float
+    decimals: int | None
+    curves: Curves
+    best: bool
+
+
 class _Job:
     """One program being rewritten."""
 
-    def __init__(self, out: IO[bytes], tolerance: float, corner: float, decimals: int | None, curves: Curves) -> None:
-        self.out, self.tolerance, self.corner, self.decimals, self.curves = out, tolerance, corner, decimals, curves
-        self.machine, self.summary = Machine(), Summary()
+    def __init__(self, out: IO[bytes], how: _How) -> None:
+        self.out, self.how, self.machine, self.summary = out, how, Machine(), Summary()
         self.run: Run | None = None
         self.before: State = (None, 17)  # motion and plane before the run's first line
-        self.writer = Klartext() if curves == "spl" else Writer("POLY" if curves == "poly" else 5)
+        self.writer = Klartext() if how.curves == "spl" else Writer("POLY" if how.curves == "poly" else 5)
 
     def take(self, block: Block) -> None:
         """Take one line: into a run, or to the output."""
@@ -173,23 +187,23 @@ class _Job:
     def _fitted(self, run: Run) -> tuple[list[Cut], float]:
         """Return moves for a run and how far they are from it; none where they are not fewer, or too far."""
         unit = 1 / 25.4 if run.modes.inches else 1.0
-        decimals, tolerance = self._decimals(run), self.tolerance * unit
+        decimals, tolerance = self._decimals(run), self.how.tolerance * unit
         points, _, _ = run.vertices()
         tick = 10.0**-decimals
         if len(points) < 3 or tolerance <= 2.0 * tick:
             return [], 0.0
         rules = Rules(tick, 2.0 * tolerance, _LARGEST_RADIUS * unit, unit, decimals)
-        if self.curves == "arcs":
-            cuts, far = arcs(points, tolerance, self.corner, rules)
-        elif run.extruded or not (run.modes.absolute or self.curves == "spl"):
+        if self.how.curves == "arcs":
+            cuts, far = arcs(points, tolerance, self.how.corner, rules, self.how.best)
+        elif run.extruded or not (run.modes.absolute or self.how.curves == "spl"):
             return [], 0.0  # what these words do then is not described
         else:
-            written = _ROUNDING[self.curves](decimals)
-            cuts, far = splines(points, tolerance, self.corner, rules, written, self.curves == "g5")
+            written = _ROUNDING[self.how.curves](decimals)
+            cuts, far = splines(points, tolerance, self.how.corner, rules, written, self.how.curves == "g5")
         return (cuts, far) if len(cuts) < len(run.moves) and far <= tolerance else ([], 0.0)
 
     def _decimals(self, run: Run) -> int:
-        return self.decimals or (5 if run.modes.inches else 4)
+        return self.how.decimals or (5 if run.modes.inches else 4)
 
     @property
     def _unit(self) -> float:

@@ -12,6 +12,7 @@ from cadfit.bezier import Array
 from cadfit.toolpaths.biarcs import Piece, Rules
 from cadfit.toolpaths.channel import line_deviation
 from cadfit.toolpaths.cover import cover
+from cadfit.toolpaths.fewest import fewest
 from cadfit.toolpaths.machine import PLANES, Modes, Move, Place
 from cadfit.toolpaths.splines import Rounding, cubics
 from cadfit.toolpaths.tangents import corners
@@ -94,7 +95,7 @@ def _says(comment: str) -> bool:
     )
 
 
-def arcs(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple[list[Cut], float]:
+def arcs(points: Array, tolerance: float, angle: float, rules: Rules, best: bool) -> tuple[list[Cut], float]:
     """Return lines and arcs along the path of points (n, 3) within the tolerance, and a bound on how far they are off.
 
     The path is split at corners (turns of more than `angle`, radians) and where its plane changes; what is in none of
@@ -109,9 +110,10 @@ def arcs(points: Array, tolerance: float, angle: float, rules: Rules) -> tuple[l
             plane, stop = _in_plane(points, start, end)
             exact = (start == 0, stop == last)
             part = points[start : stop + 1]
-            found, far = (
-                _flat(part, plane, room, rules, tolerance, exact) if plane else _straight(part, room, rules, exact)
-            )
+            if plane:
+                found, far = _flat(part, plane, room, rules, tolerance, exact, best)
+            else:
+                found, far = _straight(part, room, rules, exact)
             cuts += [cut._replace(row=cut.row + start) for cut in found]
             worst, start = max(worst, far), stop
     return cuts, worst
@@ -172,12 +174,18 @@ def _in_plane(points: Array, start: int, end: int) -> tuple[int, int]:
 
 
 def _flat(
-    points: Array, plane: int, room: float, rules: Rules, tolerance: float, exact: tuple[bool, bool]
+    points: Array, plane: int, room: float, rules: Rules, tolerance: float, exact: tuple[bool, bool], best: bool
 ) -> tuple[list[Cut], float]:
     first, second = PLANES[plane]
     third = 3 - first - second
     cuts, worst = [], 0.0
-    for step in cover(points[:, [first, second]], room, rules, tolerance, exact):
+    flat = points[:, [first, second]]
+    steps = cover(flat, room, rules, tolerance, exact)
+    if best and (moves := sum(len(step.pieces) for step in steps)) > 2:
+        found = fewest(flat, room, rules, exact)
+        if found is not None and len(found.pieces) < moves:
+            steps = [found]
+    for step in steps:
         worst = max(worst, step.deviation)
         whole, along = sum(piece.length for piece in step.pieces), 0.0
         for piece in step.pieces:
