@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
 from OCP.BRepLib import BRepLib
-from OCP.Geom import Geom_BSplineSurface, Geom_Curve, Geom_Plane
+from OCP.Geom import Geom_Curve, Geom_Plane, Geom_Surface
 from OCP.Geom2d import Geom2d_Line
 from OCP.gp import gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_Orientation
@@ -27,31 +27,65 @@ _ALONG, _ACROSS = gp_Dir2d(0.0, 1.0), gp_Dir2d(1.0, 0.0)
 _SMOOTH_EDGE = 1e-5  # radians: faces that meet at a smaller angle are one surface to whoever draws them
 
 
-def wall(loop: Loop, rails: Sequence[BSpline], closed: bool) -> tuple[list[TopoDS_Face], Ring, Ring]:
+def wall(loop: Loop, rails: Sequence[BSpline], closed: bool, flat_ends: bool) -> tuple[list[TopoDS_Face], Ring, Ring]:
     """Return the faces a loop sweeps out along rails (n, 9), and the edges of its first and last ring.
 
-    A face for each arc and rail; outward is to the right of the loop. Neighbours share their edges, so with `closed`
-    (two rails or more) the last rail ends on the first ring.
+    A face for each arc and rail, outward to the right of the loop; where both are straight, a plane with straight
+    edges. Neighbours share their edges, so with `closed` (two rails or more) the last rail ends on the first ring.
+    `flat_ends`: plane faces, or none, are put on the ends.
     """
     stands = [rail.poles[0] for rail in rails] + ([] if closed else [rails[-1].poles[-1]])
     corners = np.array([arc.poles[0] for arc in loop])
-    vertices = [[_vertex(place) for place in swept(stand, corners)] for stand in stands]
-    rings = [_ring(loop, stand, around) for stand, around in zip(stands, vertices, strict=True)]
+    places = [swept(stand, corners) for stand in stands]
+    vertices = [[_vertex(place) for place in row] for row in places]
+    quads = [[_plane(places[k], places[(k + 1) % len(places)], j) for j in range(len(loop))] for k in range(len(rails))]
+    plane = [
+        [quad if _straight(rail) and arc.degree == 1 else None for quad, arc in zip(row, loop, strict=True)]
+        for row, rail in zip(quads, rails, strict=True)
+    ]
+    rings = []
+    for k, (stand, around) in enumerate(zip(stands, vertices, strict=True)):
+        beside = [plane[row % len(rails)] for row in (k - 1, k) if closed or 0 <= row < len(rails)]
+        straight = [
+            all(row[j] is not None for row in beside) and (flat_ends or len(beside) == 2) for j in range(len(loop))
+        ]
+        rings.append(_ring(loop, stand, around, straight))
     faces = []
     for row, rail in enumerate(rails):
         above = (row + 1) % len(rings)
         poles = swept(rail.poles, corners)  # (rail's, corners, 3)
-        sides = [
-            _edge(geometry.curve(poles[:, k], rail.knots, DEGREE), vertices[row][k], vertices[above][k], rail.domain)
-            for k in range(len(corners))
-        ]
-        for k, arc in enumerate(loop):
+        sides = []
+        for j in range(len(loop)):
+            ends = vertices[row][j], vertices[above][j]
+            if plane[row][j] is not None and plane[row][j - 1] is not None:
+                sides.append(BRepBuilderAPI_MakeEdge(*ends).Edge())
+            else:
+                sides.append(_edge(geometry.curve(poles[:, j], rail.knots, DEGREE), *ends, rail.domain))
+        for j, arc in enumerate(loop):
+            edges = rings[row][j], sides[(j + 1) % len(sides)], rings[above][j], sides[j]
             grid = swept(rail.poles, arc.poles).transpose(1, 0, 2)
             weights = np.broadcast_to(arc.weights[:, None], grid.shape[:2])
-            surface = geometry.surface(grid, (arc.knots, rail.knots), (arc.degree, DEGREE), weights)
-            edges = rings[row][k], sides[(k + 1) % len(sides)], rings[above][k], sides[k]
+            surface = plane[row][j] or geometry.surface(grid, (arc.knots, rail.knots), (arc.degree, DEGREE), weights)
             faces.append(_patch(surface, edges))
     return faces, rings[0], rings[-1]
+
+
+def _straight(rail: BSpline) -> bool:
+    """Return whether a rail is a straight line run through evenly."""
+    steps = np.diff(rail.poles, axis=0)
+    return len(steps) == DEGREE and bool(np.abs(steps - steps[0]).max() <= 1e-13 * np.abs(rail.poles).max())
+
+
+def _plane(below: Array, above: Array, j: int) -> Geom_Plane | None:
+    """Return the plane, seen from outside, of the corners j and j + 1 of two rings (k, 3), None where there is none."""
+    k = (j + 1) % len(below)
+    normal = np.cross(above[k] - below[j], above[j] - below[k])
+    size = float(np.linalg.norm(normal))
+    ends = np.array([below[j], below[k], above[j], above[k]])
+    middle = ends.mean(axis=0)
+    if size == 0.0 or np.abs((ends - middle) @ normal).max() > 1e-13 * size * np.abs(ends).max():
+        return None
+    return Geom_Plane(gp_Pnt(*middle.tolist()), gp_Dir(*normal.tolist()))
 
 
 def swept(rail: Array, places: Array) -> Array:
@@ -132,13 +166,15 @@ def solid(shells: Sequence[Sequence[TopoDS_Face]]) -> TopoDS_Solid:
     return out
 
 
-def _ring(loop: Loop, stand: Array, vertices: Sequence[TopoDS_Vertex]) -> Ring:
+def _ring(loop: Loop, stand: Array, vertices: Sequence[TopoDS_Vertex], straight: Sequence[bool]) -> Ring:
     """Return the edges of a loop set up at (9,), between the vertices at its arcs' starts."""
-    ends = [*vertices[1:], vertices[0]]
     ring = []
-    for arc, start, end in zip(loop, vertices, ends, strict=True):
-        curve = geometry.curve(swept(stand, arc.poles), arc.knots, arc.degree, arc.weights)
-        ring.append(_edge(curve, start, end, (float(arc.knots[0]), float(arc.knots[-1]))))
+    for arc, start, end, line in zip(loop, vertices, [*vertices[1:], vertices[0]], straight, strict=True):
+        if line:
+            ring.append(BRepBuilderAPI_MakeEdge(start, end).Edge())
+        else:
+            curve = geometry.curve(swept(stand, arc.poles), arc.knots, arc.degree, arc.weights)
+            ring.append(_edge(curve, start, end, (float(arc.knots[0]), float(arc.knots[-1]))))
     return ring
 
 
@@ -155,14 +191,18 @@ def _edge(curve: Geom_Curve, start: TopoDS_Vertex, end: TopoDS_Vertex, domain: t
     return edge
 
 
-def _patch(
-    surface: Geom_BSplineSurface, edges: tuple[TopoDS_Edge, TopoDS_Edge, TopoDS_Edge, TopoDS_Edge]
-) -> TopoDS_Face:
-    """Return the face of a whole surface between edges that run with its parameters: low, last, high, first."""
+def _patch(surface: Geom_Surface, edges: tuple[TopoDS_Edge, TopoDS_Edge, TopoDS_Edge, TopoDS_Edge]) -> TopoDS_Face:
+    """Return the face of a plane or a whole surface between edges that run with its parameters: low, last, high, first.
+
+    On a plane the kernel finds the edges by itself.
+    """
     face, builder = TopoDS_Face(), BRep_Builder()
     builder.MakeFace(face, surface, CONFUSION)
-    u0, u1, v0, v1 = surface.Bounds()
     low, last, high, first = edges
+    if isinstance(surface, Geom_Plane):
+        builder.Add(face, _wire([low, last, _back(high), _back(first)]))
+        return face
+    u0, u1, v0, v1 = surface.Bounds()
     lines = [(low, 0.0, v0, _ACROSS), (last, u1, 0.0, _ALONG), (high, 0.0, v1, _ACROSS), (first, u0, 0.0, _ALONG)]
     for edge, u, v, along in lines:
         builder.UpdateEdge(edge, Geom2d_Line(gp_Pnt2d(u, v), along), face, CONFUSION)

@@ -12,7 +12,7 @@ from OCP.GProp import GProp_GProps
 from OCP.TopoDS import TopoDS_Solid
 from scipy.interpolate import CubicSpline
 
-from cadfit.bezier import Array
+from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.occt import breps
 from cadfit.occt.kernel import KernelError
@@ -21,8 +21,10 @@ from cadfit.occt.surfaces import Spine, framed
 from cadfit.sweeping.laws import largest
 from cadfit.sweeping.sweep import Caps
 
-_SECTIONS = 400  # of a stretch, for its area
-_KERNEL = 2e-5  # how far the kernel's volume may be from ours; its quick integral is mostly better, at times not
+_SECTIONS = 1000  # of a stretch, for its area
+_KERNEL = 2e-5  # how far the kernel's volume may be from ours
+_DOUBTED = 2e-3  # the same where its quick integral is not that near: its slow one is mostly better, at times not
+_AREA = 2e-2  # how far the kernel's area may be from ours: it is less exact where a bend is almost too tight
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)  # exact for polynomials of degree 9
 
 
@@ -98,21 +100,32 @@ def end(walls: Sequence[Wall], u: float, caps: Caps) -> tuple[float, float]:
     return 2.0 / 3.0 * rise * base, float(0.25 * np.pi * _WEIGHTS @ strips.sum(axis=1))
 
 
+def enclosed(vertices: Array, faces: Ints) -> float:
+    """Return the volume within triangles (f, 3) that face outward.
+
+    >>> enclosed(np.concatenate([np.zeros((1, 3)), np.eye(3)]), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    0.16666666666666666
+    """
+    a, b, c = (vertices - vertices.mean(axis=0))[faces].transpose(1, 2, 0)
+    cross = np.stack([b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])
+    return float(np.einsum("dn,dn->", a, cross)) / 6.0
+
+
 def check(solid: TopoDS_Solid, volumes: Sequence[float], area: float) -> None:
     """Raise KernelError unless the kernel finds the solid valid, and of these volumes' sum and this area."""
     if not BRepCheck_Analyzer(solid).IsValid():
         raise KernelError("the kernel finds it invalid")
-    wanted, allowed = sum(volumes), _KERNEL * sum(map(abs, volumes))
+    wanted, all_ = sum(volumes), sum(map(abs, volumes))
     found = kernel_volume(solid)
-    if not abs(found - wanted) <= allowed:  # either the solid, or the quick integral
+    if not abs(found - wanted) <= _KERNEL * all_:  # either the solid, or the quick integral
         precise = GProp_GProps()
         BRepGProp.VolumePropertiesGK_s(solid, precise, 1e-6)
         found = precise.Mass()
-    if not abs(found - wanted) <= allowed:
+    if not abs(found - wanted) <= _DOUBTED * all_:
         raise KernelError(f"its volume is {found:.9g} to the kernel, not {wanted:.9g}")
     faces = GProp_GProps()
     BRepGProp.SurfaceProperties_s(solid, faces, 1e-4)
-    if not abs(faces.Mass() - area) <= 1e-3 * area:
+    if not abs(faces.Mass() - area) <= _AREA * area:
         raise KernelError(f"its area is {faces.Mass():.9g} to the kernel, not {area:.9g}")
 
 

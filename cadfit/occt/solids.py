@@ -19,6 +19,7 @@ from cadfit.occt.surfaces import Spine, rail, spine
 from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile
 from cadfit.sweeping.selfintersection import SelfIntersectionError
+from cadfit.sweeping.stations import chain, tightest
 from cadfit.sweeping.sweep import Caps, path_of, positive, sweep
 from cadfit.sweeping.tube import tube
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 _FINE = 1e-4  # of the reach: the tolerance where none is given
+_CUSP = 1e-2  # of the reach: a path that bends more tightly is refused at once
 _DENSER = (1, 2, 4, 8, 16)  # times as many stations, until the tolerance can be seen to be kept
 
 
@@ -50,7 +52,7 @@ def sweep_solid(
 
     Before it is returned a mesh of the sweep has been found not to pass through itself; the volume between the walls,
     integrated exactly, is that of the exact sweep within the tolerance times the walls' area, and the mesh's within the
-    mesh's tolerance; and the kernel has found the solid valid, of this volume, and of the exact area to a thousandth.
+    mesh's tolerance; and the kernel has found the solid valid, and of about this volume and the exact area.
 
     Raises KernelError naming the cause and the place where no such solid exists: the path bends more tightly than the
     profile reaches, a part between corners is too short for their mitres, a cusp, distant parts that touch; ValueError
@@ -138,6 +140,12 @@ def _solid(
         raise ValueError("round caps are for what has no holes")
     reach = max(wall.reach for wall in walls)
     tolerance = max(_FINE * reach if tolerance is None else tolerance, CONFUSION)
+    where, bend = tightest(chain(path), reach)
+    if bend <= _CUSP * reach:  # a mesh of it would be finer than any use
+        raise KernelError(
+            f"no solid: the path bends with a radius of {bend:.3g} at the parameter {where:g}, far below the reach of "
+            f"{reach:g}"
+        )
     try:
         example = mesh()
     except SelfIntersectionError as error:
@@ -151,8 +159,9 @@ def _solid(
         for end in path.domain:
             more, size = checks.end(walls, end, caps)
             held, area = [*held, more], area + size
-    if not abs(example.volume - math.fsum(held)) <= 0.01 * reach * area:  # a hundredth is the mesh's tolerance
-        raise KernelError(f"the walls hold {math.fsum(held):.9g}, a mesh of the same {example.volume:.9g}")
+    meshed = checks.enclosed(example.vertices, example.faces)
+    if not abs(meshed - math.fsum(held)) <= 0.01 * reach * area:  # a hundredth is the mesh's tolerance
+        raise KernelError(f"the walls hold {math.fsum(held):.9g}, a mesh of the same {meshed:.9g}")
     with building(f"a solid of {sum(len(row.poles) for row in rails[0])} sections"):
         made = _built(walls, rails, whole.closed, caps)
         checks.check(made, held, area)
@@ -174,7 +183,8 @@ def _rails(
 
 
 def _built(walls: Sequence[Wall], rails: Sequence[Sequence[BSpline]], closed: bool, caps: Caps) -> TopoDS_Solid:
-    made = [breps.wall(wall.loop, _joined(row, closed), closed) for wall, row in zip(walls, rails, strict=True)]
+    flat = closed or caps == "flat"
+    made = [breps.wall(wall.loop, _joined(row, closed), closed, flat) for wall, row in zip(walls, rails, strict=True)]
     shells = [faces for faces, _, _ in made]
     if closed:
         return breps.solid(shells)

@@ -27,6 +27,7 @@ from cadfit.sweeping.stations import breaks, chain
 
 _TURN = 0.02  # radians between stations, about
 _FEWEST = 256  # stations on a stretch
+_HALVINGS = 30  # rounds of finding bends between stations
 _INNER = 6  # stations between two knots of a rail, where its error is seen
 _AIM = 0.8  # of the tolerance: the error is the largest at the stations
 _MORE = (1.02, 1.05, 1.1, 1.15, 1.25, 1.4)  # knots than needed if all were spread well, round by round
@@ -128,7 +129,8 @@ def rail(stretch: Stretch, law: BSpline, reach: float, tolerance: float) -> BSpl
             fit = _Fit(t, values, rates * speeds[:, None], reach, _AIM * tolerance, through)
             for at, spread in starts:
                 most = len(best.poles) // poles if best else n
-                best = (fit.spread(at, most) if spread else fit.refined(at, most)) or best
+                made = fit.spread(at, most) if spread else fit.refined(at, most)
+                best = made if made and (best is None or len(made.poles) < len(best.poles)) else best
     return best
 
 
@@ -161,17 +163,7 @@ def _jumps(path: BSpline, after: float, before: float, reach: float) -> bool:
 
 def _stretch(path: BSpline, wrap: tuple[float, float], up: ArrayLike | None, density: int) -> Stretch:
     """Return a smooth part of a path with its own frames."""
-    spans = path.distinct_knots
-    coarse = (spans[:-1, None] + np.diff(spans)[:, None] * np.linspace(0.0, 1.0, 9)[:8]).ravel()
-    velocities = path.derivative(np.append(coarse, spans[-1]))
-    sizes = np.linalg.norm(velocities, axis=1)
-    directions = velocities / np.maximum(sizes, 1e-300)[:, None]
-    turns = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0)).reshape(-1, 8).sum(axis=1)
-    fewest = max(4, math.ceil(_FEWEST / len(turns)))  # a span's quarters
-    counts = density * np.maximum(np.ceil(turns / _TURN), fewest).astype(np.intp)
-    owner = np.repeat(np.arange(len(counts)), counts)
-    within = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
-    u = np.append(spans[owner] + within * np.diff(spans)[owner], spans[-1])
+    u = _stations(path, density)
     f = frames(path, u, up)
     moves = np.concatenate([[True], np.diff(f.lengths) > 1e-13 * f.lengths[-1]])
     curvature = path.curvature(u)
@@ -187,6 +179,34 @@ def _stretch(path: BSpline, wrap: tuple[float, float], up: ArrayLike | None, den
     none = np.zeros_like(bends)
     whole = (u, given, f.lengths, speeds, f.origins, f.tangents, f.normals, f.binormals, bends, turning, none, none)
     return Stretch(path, *(np.ascontiguousarray(values[moves]) for values in whole))
+
+
+def _stations(path: BSpline, density: int) -> Array:
+    """Return parameters, every knot with them, between which a path turns by little."""
+    spans = np.arange(len(path.distinct_knots))
+    u = np.interp(
+        np.linspace(0, spans[-1], spans[-1] * max(4, math.ceil(_FEWEST / spans[-1])) + 1), spans, path.distinct_knots
+    )
+    for _ in range(_HALVINGS):
+        velocities = path.derivative(u)
+        crossed = np.linalg.norm(np.cross(velocities[1:], velocities[:-1]), axis=1)
+        turns = np.arctan2(crossed, np.einsum("nd,nd->n", velocities[1:], velocities[:-1]))
+        parts = np.clip(np.ceil(turns / _TURN), 1, 8)
+        if parts.max() == 1.0:
+            break
+        u = _between(u, parts.astype(np.intp))
+    return _between(u, np.full(len(u) - 1, density)) if density > 1 else u
+
+
+def _between(values: Array, parts: Ints) -> Array:
+    """Return values with the steps from each to the next cut into so many equal parts.
+
+    >>> _between(np.array([0.0, 4.0, 10.0]), np.array([2, 3]))
+    array([ 0.,  2.,  4.,  6.,  8., 10.])
+    """
+    owner = np.repeat(np.arange(len(parts)), parts)
+    within = (np.arange(len(owner)) - (np.cumsum(parts) - parts)[owner]) / parts[owner]
+    return np.append(values[owner] + within * np.diff(values)[owner], values[-1])
 
 
 def _mismatch(before: Stretch, after: Stretch) -> float:
@@ -304,31 +324,22 @@ class _Fit:
             widths = np.diff(rows)
             if (widths[parts > 1.0] <= _INNER).any():
                 return None
-            rows = _cut(rows, np.minimum(parts, widths).astype(np.intp))
+            rows = np.rint(_between(rows.astype(float), np.minimum(parts, widths).astype(np.intp))).astype(np.intp)
         return None
 
     def spread(self, rows: Ints, most: int) -> BSpline | None:
         """Return the spline whose knots are spread by what it needs, or None as `refined`."""
         n = len(self.t)
         for more in _MORE:
+            if len(rows) >= most:
+                return None
             spline, far = self.at(rows)
             if far.max() <= 1.0:
                 return spline
             need = np.concatenate([[0.0], np.cumsum(np.maximum(far, 1e-4) ** 0.25)])
             along = np.interp(np.arange(n), rows, need)
             wanted = np.linspace(0.0, need[-1], math.ceil(more * need[-1]) + 1)
-            if len(wanted) * _INNER > n or len(wanted) >= most:
+            if len(wanted) * _INNER > n:
                 return None
             rows = np.unique(np.append(np.searchsorted(along, wanted[:-1]), n - 1))
         return self.refined(rows, most)
-
-
-def _cut(rows: Ints, parts: Ints) -> Ints:
-    """Return the rows with each interval cut into so many parts.
-
-    >>> _cut(np.array([0, 4, 10]), np.array([2, 3]))
-    array([ 0,  2,  4,  6,  8, 10])
-    """
-    owner = np.repeat(np.arange(len(parts)), parts)
-    within = (np.arange(len(owner)) - (np.cumsum(parts) - parts)[owner]) / parts[owner]
-    return np.append(np.rint(rows[owner] + within * np.diff(rows)[owner]).astype(np.intp), rows[-1])

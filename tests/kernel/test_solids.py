@@ -19,7 +19,7 @@ from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 
-from cadfit import BSpline, Profile, frames, local_spline, pieces_to_spline, polyline
+from cadfit import BSpline, Profile, frames, join, local_spline, pieces_to_spline, polyline
 from cadfit.bezier import Array
 from cadfit.fitting.cardinal import cardinal_pieces
 from cadfit.occt import KernelError, breps, kernel, read_step, solids, sweep_solid, tube_solid, volume, write_step
@@ -150,6 +150,20 @@ def test_mitre_is_exact():
     assert off == pytest.approx(4 * (17.0 + 12.0), rel=1e-12)
 
 
+def test_straight_walls_are_planes(tmp_path):
+    made = sweep_solid(polyline([[0, 0, 0], [20, 0, 0], [20, 15, 0], [20, 15, 9]]), SQUARE)
+    write_step(tmp_path / "bar.step", made)
+    for solid in (made, *read_step(tmp_path / "bar.step")):
+        assert len(on_walls(solid)) == 0
+        assert count(solid, "FACE") == 14
+        assert BRepCheck_Analyzer(solid).IsValid()
+        assert volume(solid) == pytest.approx(4 * 44.0, rel=1e-12)
+    assert "B_SPLINE" not in (tmp_path / "bar.step").read_text()
+    half_moon = join([polyline([[-1, 0], [1, 0]]), local_spline([[1, 0], [0.5, 0.9], [-0.5, 0.9], [-1, 0]])])
+    mixed = sweep_solid([CORNER, local_spline([[20, 15, 0], [20, 18, 0], [19, 21, 1], [17, 24, 3]])], half_moon)
+    assert tessellated(mixed, 0.01).is_watertight
+
+
 def test_curved_parts_meet_in_a_mitre():
     t = np.linspace(0.0, 1.0, 20)
     first = local_spline(np.column_stack([20 * t, 3 * np.sin(6 * t), 0 * t]))
@@ -240,13 +254,13 @@ def test_the_check_sees_what_is_wrong(monkeypatch):
     """A wall, a face or an edge out of place never leaves unnoticed."""
     honest = breps.wall
 
-    def bent(loop, rails, closed):
+    def bent(loop, rails, *rest):
         poles = rails[0].poles.copy()
         poles[len(poles) // 2, 3:] *= 0.9
-        return honest(loop, [BSpline(poles, rails[0].knots), *rails[1:]], closed)
+        return honest(loop, [BSpline(poles, rails[0].knots), *rails[1:]], *rest)
 
-    def open_(loop, rails, closed):
-        faces, first, last = honest(loop, rails, closed)
+    def open_(loop, rails, *rest):
+        faces, first, last = honest(loop, rails, *rest)
         return faces[:-1], first, last
 
     for broken in (bent, open_):
