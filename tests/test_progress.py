@@ -42,6 +42,8 @@ def works(big):
         "deviation, closed": lambda told: cadfit.deviation(
             cadfit.local_spline(NOISY[::30], closed=True), NOISY, closed=True, progress=told
         ),
+        "arcs": lambda told: cadfit.arcs(NOISY[:100], 0.1, progress=told),
+        "arcs of a curve": lambda told: cadfit.arcs(SPLINE, 0.01, progress=told),
         "tube": lambda told: cadfit.tube(SPLINE, 1e-4, progress=told),
         "pipe": lambda told: cadfit.tube(SPLINE, 1e-4, thickness=1e-5, progress=told),
         "sweep": lambda told: cadfit.sweep(PATH, [[-1, -1], [1, -1], [1, 1], [-1, 1]], progress=told),

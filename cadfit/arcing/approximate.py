@@ -14,9 +14,11 @@ from cadfit.arcing.stretch import Chain, fewest, joined
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.approximate import fit
+from cadfit.stages import Progress, portion
 
 _CORNER = 1e-3  # radians: what two pieces must turn at least for their joint to be one
 _LARGEST = 100.0  # times the size of the curve: the radius from which lines take the place of arcs
+_CURVES = 0.8  # of the time, about: where curves are fitted to vertices
 _FITTED = 0.25  # of the tolerance: a polyline's curve is fitted within
 _SHARES = (1.0, 0.9, 0.7, 0.4)  # of what rounding at its worst leaves of the tolerance
 _SPARED = 1.0 - 1e-9  # joining chains rounds
@@ -31,6 +33,7 @@ def arcs(
     decimals: int | None = None,
     plane: str = "xy",
     closed: bool | None = None,
+    progress: Progress | None = None,
 ) -> Arcs:
     """Return lines and arcs within `tolerance` of a curve, certified both ways, as few as are found.
 
@@ -43,7 +46,8 @@ def arcs(
     radius becomes the line between its ends; directions there differ by up to L / (2 max_radius). `decimals`: round
     ends and centres to so many, as controllers do, and certify what comes of it; the directions at joints and the
     radii at both ends of an arc then agree as far as rounding lets them (centres are chosen for that). `plane`: "xy",
-    "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not change.
+    "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not change. `progress` is called with the part that
+    is done, from 0 to 1; raising from it stops the work.
 
     Raises ValueError for a tolerance that is not positive or that float64 or `decimals` cannot hold, curves that do not
     follow each other, a third coordinate that changes, and where the curve turns back so that no smooth path follows.
@@ -55,7 +59,8 @@ def arcs(
     >>> len(few), few.deviation <= 0.01, float(few.radii[0].round(1))
     (1, True, 4.0)
     """
-    curves, off = _curves(curve, tolerance, closed)
+    curves, off = _curves(curve, tolerance, closed, portion(progress, 0.0, _CURVES))
+    portion(progress, _CURVES, 1.0)(0.0)
     pieces, breaks, is_closed = _pieces(curves)
     flat, level = _flat(pieces, plane)
     size = float(np.linalg.norm(np.ptp(flat.reshape(-1, 2), axis=0)))
@@ -76,17 +81,18 @@ def arcs(
     starts, ends = (_lifted(joints, level, plane, pieces.shape[2]) for joints in (chain.joints[:-1], chain.joints[1:]))
     corners = first[0 if is_closed and not smooth else 1 :]
     arrays = (own(array) for array in (starts, ends, chain.centres, chain.sweeps))
+    portion(progress, _CURVES, 1.0)(1.0)
     return Arcs(*arrays, plane, own(corners), far, float(tolerance), is_closed)  # type: ignore[call-arg, arg-type]
 
 
-def _curves(curve: Any, tolerance: float, closed: bool | None) -> tuple[list[BSpline], float]:
+def _curves(curve: Any, tolerance: float, closed: bool | None, progress: Progress) -> tuple[list[BSpline], float]:
     """Return the curves, and how far they are from what was given."""
     if isinstance(curve, BSpline):
         return [curve], 0.0
     given = getattr(curve, "curves", curve)
     if isinstance(given, Sequence) and len(given) and all(isinstance(each, BSpline) for each in given):
         return list(given), 0.0
-    fitted = fit(curve, _FITTED * tolerance, closed=closed, between="polyline", effort="fast")
+    fitted = fit(curve, _FITTED * tolerance, closed=closed, between="polyline", effort="fast", progress=progress)
     return list(fitted.curves), max(fitted.deviation.points, fitted.deviation.between)
 
 
