@@ -46,8 +46,8 @@ def arcs(
     radius becomes the line between its ends; directions there differ by up to L / (2 max_radius). `decimals`: round
     ends and centres to so many, as controllers do, and certify what comes of it; the directions at joints and the
     radii at both ends of an arc then agree as far as rounding lets them (centres are chosen for that). `plane`: "xy",
-    "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not change. `progress` is called with the part that
-    is done, from 0 to 1; raising from it stops the work.
+    "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not change. `progress` is called
+    with the part that is done, from 0 to 1; raising from it stops the work.
 
     Raises ValueError for a tolerance that is not positive or that float64 or `decimals` cannot hold, curves that do not
     follow each other, a third coordinate that changes, and where the curve turns back so that no smooth path follows.
