@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
-from cadfit.fitting.along import off_chords, off_points, trace
+from cadfit.fitting.along import allowed, off_chords, off_points, trace
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import as_points
 
@@ -65,23 +65,25 @@ def plot_fit(
 def plot_deviation(fit: Fit, ax: Axes | None = None, *, unit: str = "") -> Axes:
     """Draw how far a fit is from its points, over the length along it, and return the Axes.
 
-    A dot for each point; a line for the curve's distance from the segments between the points; the tolerance, which
-    bounds the dots (and with `between="polyline"` the line); and a ring round the point that is farthest. Any
-    dimension. `unit` is written at the axes. Raises ImportError naming the extra `cadfit[plot]`.
+    A dot for each point, bounded by the tolerance; a line for the curve's distance from the segments between the
+    points, bounded by what `cadfit.fit` allows there, with `between="polyline"` the tolerance; and a ring round the
+    point that is farthest. Any dimension. `unit` is written at the axes. Raises ImportError naming the extra
+    `cadfit[plot]`.
 
     >>> import cadfit, matplotlib
     >>> matplotlib.use("agg")
     >>> ax = cadfit.fit([[0, 0], [1, 0.1], [2, 0], [3, 0.1], [4, 0]], 0.15).plot_deviation()
     >>> [text.get_text() for text in ax.legend().get_texts()]
-    ['between points', 'points', 'tolerance 0.15', 'point 2: 0.0706']
+    ['between points', 'allowed there', 'points', 'tolerance 0.15', 'point 2: 0.0706']
     """
     ax = _new_axes(2, (6.4, 3.2)) if ax is None else ax
     along = trace(fit.curves)
     off = np.linalg.norm(off_points(fit), axis=1)
-    u, between = off_chords(fit)
-    order = np.argsort(u, kind="stable")
-    ax.plot(along.at(u[order]), between[order], color=CURVE, linewidth=0.9, label="between points")
-    s = along.at(fit.parameters)
+    u, between, chords = off_chords(fit)
+    ax.plot(along.at(u), between, color=CURVE, linewidth=0.9, label="between points")
+    s, top = along.at(fit.parameters), 1.08 * max(off.max(), between.max(), fit.tolerance or 0.0)
+    if fit.between == "curve" and (room := allowed(fit)) is not None:
+        ax.plot(along.at(u), room[chords], color=POLES, linewidth=0.7, label="allowed there")
     ax.plot(s, off, linestyle="none", marker="o", markersize=_dot(len(s)), color=POINTS, label="points", zorder=3)
     if fit.tolerance is not None:
         ax.axhline(fit.tolerance, color=CORNERS, linewidth=1.0, linestyle="--", label=f"tolerance {fit.tolerance:g}")
@@ -91,8 +93,8 @@ def plot_deviation(fit: Fit, ax: Axes | None = None, *, unit: str = "") -> Axes:
     ax.plot(s[worst], off[worst], linestyle="none", label=said, **ring)
     of_unit = f" ({unit})" if unit else ""
     ax.set(xlabel=f"length along the curve{of_unit}", ylabel=f"deviation{of_unit}", xlim=(0.0, along.length))
-    ax.set_ylim(bottom=0.0)
-    ax.legend(fontsize="small", ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    ax.set_ylim(0.0, top or None)
+    ax.legend(fontsize="small", ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return ax
 
 

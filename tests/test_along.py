@@ -3,7 +3,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import cadfit
-from cadfit.fitting.along import largest_rows, off_chords, off_points, trace
+from cadfit.fitting.along import allowed, largest_rows, off_chords, off_points, trace
+from cadfit.fitting.deviation import straying_chords
 
 T = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
 ELLIPSE = np.column_stack([3.0 * np.cos(T), 2.0 * np.sin(T)])
@@ -24,11 +25,24 @@ def test_distances_along_a_fit_are_those_certified(fit):
     off = np.linalg.norm(off_points(fit), axis=1)
     assert off.max() <= fit.deviation.points <= off.max() * 1.001 + 1e-12
     assert int(off.argmax()) == fit.deviation.worst or off[fit.deviation.worst] == off.max()
-    u, between = off_chords(fit, 60_000)
+    u, between, chords = off_chords(fit, 60_000)
     assert between.max() <= fit.deviation.between <= between.max() * 1.01 + 1e-12
     low, high = cadfit.join(fit.curves).domain
     assert u.min() >= low
     assert u.max() <= high
+    assert np.all(np.diff(u) >= 0.0)
+    assert np.all(between <= allowed(fit)[chords] * (1.0 + 1e-9))
+    assert set(chords.tolist()) == set(range(len(allowed(fit))))
+
+
+def test_what_is_allowed_is_what_the_fit_was_held_to():
+    fit = FITS["noisy, in space"]
+    whole = cadfit.join(fit.curves)
+    assert len(straying_chords(whole, fit.points, fit.parameters, allowed(fit) * (1.0 + 1e-9))) == 0
+    assert len(straying_chords(whole, fit.points, fit.parameters, 0.5 * allowed(fit))) > 0
+    assert allowed(FITS["closed"]).min() > 0.01
+    assert_array_equal(allowed(cadfit.fit(SQUARE, 0.01, closed=True, between="polyline")), np.full(8, 0.01))
+    assert allowed(cadfit.fit_dominant(NOISY, fraction=0.5)) is None
 
 
 @pytest.mark.parametrize("fit", FITS.values(), ids=FITS)

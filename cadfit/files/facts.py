@@ -45,7 +45,7 @@ def _of_curves(found: Curves) -> dict[str, str]:
         **several,
         "degree": str(DEGREE),
         "dimension": str(found.dimension),
-        "continuity": min(map(_continuity, found.curves)) + (" within each" if several else ""),
+        "continuity": min(map(continuity, found.curves)) + (" within each" if several else ""),
         **summary(found),
         **_box(np.concatenate([_extremes(curve) for curve in found.curves])),
     }
@@ -76,7 +76,7 @@ def _of_mesh(mesh: Any) -> dict[str, str]:
     }
 
 
-def _continuity(curve: BSpline) -> str:
+def continuity(curve: BSpline) -> str:
     """Return how smooth the curve is by its knots: each time a knot stands, one derivative less is continuous."""
     inner = curve.multiplicities[1:-1]
     return f"C{DEGREE - inner.max()}" if len(inner) else "smooth"

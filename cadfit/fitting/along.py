@@ -12,6 +12,8 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints, distance_to_segment, evaluate, lengths, restrict
 from cadfit.bspline import BSpline
+from cadfit.fitting.approximate import stretches
+from cadfit.fitting.checking import chain_of, room_of
 from cadfit.fitting.deviation import unrolled
 from cadfit.fitting.result import Fit
 from cadfit.joining import join
@@ -83,11 +85,11 @@ def off_points(fit: Fit) -> Array:
     return np.asarray(fit.points - join(fit.curves)(fit.parameters))
 
 
-def off_chords(fit: Fit, most: int = 6000) -> tuple[Array, Array]:
+def off_chords(fit: Fit, most: int = 6000) -> tuple[Array, Array, Ints]:
     """Return places along the curve between its points, and how far they are from the segments that join those.
 
-    Parameters (k,) of the curves joined, rising but where a closed curve starts again, and distances (k,): some `most`
-    of them, where there are more points the largest of the samples of neighbouring chords.
+    Parameters (k,) of the curves joined, rising, distances (k,), and the rows (k,) of the points before: some `most` of
+    them, where there are more points the largest of the samples of neighbouring chords.
     """
     spline, points, u = join(fit.curves), fit.points, fit.parameters
     low, high = spline.domain
@@ -99,7 +101,24 @@ def off_chords(fit: Fit, most: int = 6000) -> tuple[Array, Array]:
     gap = distance_to_segment(spline(np.clip(at, *spline.domain)), points[:-1, None], points[1:, None])
     rows = largest_rows(gap.ravel(), most)
     at = at.ravel()[rows]
-    return np.where(at > high, at - (high - low), at), gap.ravel()[rows]
+    at = np.where(at > high, at - (high - low), at)
+    order = np.argsort(at, kind="stable")
+    return at[order], gap.ravel()[rows[order]], rows[order] // each
+
+
+def allowed(fit: Fit) -> Array | None:
+    """Return how far `cadfit.fit` let the curve be from each segment between points (chords,), the closing one last.
+
+    None for a fit without a tolerance.
+    """
+    if fit.tolerance is None or fit.between is None:
+        return None
+    smooth, polyline = fit.closed and not len(fit.corners), fit.between == "polyline"
+    room = np.zeros(len(fit.points) - (not fit.closed))
+    for rows in stretches(len(fit.points), fit.corners, fit.closed):
+        found = room_of(chain_of(fit.points[rows], smooth, polyline), fit.tolerance)
+        room[rows[: len(found)]] = found
+    return room
 
 
 def largest_rows(values: Array, most: int) -> Ints:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.deviation import deviation_at
-from cadfit.fitting.result import Fit
+from cadfit.fitting.result import Fit, written
 from cadfit.fitting.stretch import fit_stretch
 from cadfit.points.clean import clean
 from cadfit.points.corners import find_corners
@@ -72,13 +72,13 @@ def fit(
     tangents = _tangents(end_tangents, given, cleaned.closed)
     with stage("finding corners"):
         at = _corners(corners, given, tolerance, cleaned.closed, between == "polyline", cleaned.kept)
-    stretches = _stretches(len(given), at, cleaned.closed)
+    parts = stretches(len(given), at, cleaned.closed)
     smooth, polyline, best = cleaned.closed and not len(at), between == "polyline", effort == "best"
     heard = rising(progress)
     curves, parameters, start = [], np.zeros(len(given)), 0.0
-    for k, rows in enumerate(stretches):
-        ends = (tangents[0] if k == 0 else None, tangents[1] if k == len(stretches) - 1 else None)
-        part_done = portion(heard, k / len(stretches), (k + 1) / len(stretches))
+    for k, rows in enumerate(parts):
+        ends = (tangents[0] if k == 0 else None, tangents[1] if k == len(parts) - 1 else None)
+        part_done = portion(heard, k / len(parts), (k + 1) / len(parts))
         curve, u = fit_stretch(given[rows], tolerance, smooth, polyline, best, weight[rows], ends, part_done)
         curve = BSpline(curve.poles, curve.knots - curve.knots[0] + start) if start else curve
         parameters[rows[: len(u)]] = u + start
@@ -86,9 +86,13 @@ def fit(
         curves.append(curve)
         part_done(1.0)
     found = deviation_at(curves, given, parameters, cleaned.closed)
+    asked = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+    asked |= {"weights": weights, "end_tangents": end_tangents}
+    unusual = {name: value for name, value in asked.items() if value is not (fit.__kwdefaults__ or {})[name]}
     return Fit(
-        tuple(curves), found, float(tolerance), cleaned.closed, own(given.copy()), own(parameters), at, cleaned.dropped
-    )
+        tuple(curves), found, float(tolerance), cleaned.closed, own(given.copy()), own(parameters), at, cleaned.dropped,
+        between, written("fit", tolerance, **unusual),
+    )  # fmt: skip
 
 
 def check_choices(between: str, effort: str) -> None:
@@ -150,7 +154,7 @@ def _corners(corners: Corners, points: Array, tolerance: float, closed: bool, po
     return at if closed else at[(at > 0) & (at < len(points) - 1)]
 
 
-def _stretches(n: int, corners: Ints, closed: bool) -> list[Ints]:
+def stretches(n: int, corners: Ints, closed: bool) -> list[Ints]:
     """Return the rows of each stretch between corners, both of its ends with it; of a smooth closed curve, all once."""
     if not closed:
         edges = np.concatenate([[0], corners, [n - 1]])

@@ -11,7 +11,7 @@ from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.dominant import Method, dominant_points
 from cadfit.fitting.matching import match
-from cadfit.fitting.result import Fit
+from cadfit.fitting.result import Fit, written
 from cadfit.points.clean import clean
 from cadfit.stages import Progress, stage
 
@@ -58,7 +58,15 @@ def fit_dominant(
     u = _places(spline, given, int(rows[start]), cleaned.closed)
     found = deviation_at([spline], given, u, cleaned.closed)
     none = np.zeros(0, dtype=np.intp)
-    return Fit((spline,), found, None, cleaned.closed, own(given.copy()), own(u), none, cleaned.dropped)
+    asked = {"count": count, "fraction": fraction, "square_error": square_error, "closed": closed}
+    call = written(
+        "fit_dominant",
+        **{name: value for name, value in asked.items() if value is not None},
+        **{"method": method} if method != "best" else {},
+        **{"curvature": curvature} if curvature != 1.0 else {},
+    )
+    kept, places = own(given.copy()), own(u)
+    return Fit((spline,), found, None, cleaned.closed, kept, places, none, cleaned.dropped, None, call)
 
 
 def _places(spline: BSpline, points: Array, start: int, closed: bool) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,9 @@ class Fit:
     `closed`: the last curve ends where the first starts. `points` (n, d): the points used. `parameters` (n,): their
     places on the curves; where closed, they start again at the start of the first curve where the points pass it.
     `corners`: rows of `points`, rising, where the curve may turn sharply; each lies on the curve exactly. `cleaned`:
-    the caller's rows that repeated the row before them and were dropped.
+    the caller's rows that repeated the row before them and were dropped. `between`: what the tolerance means between
+    points, "curve" or "polyline"; None without one. `call`: the call that made the fit, the caller's points named
+    `points`; empty where unknown.
     """
 
     curves: tuple[BSpline, ...]
@@ -36,6 +39,8 @@ class Fit:
     parameters: Array
     corners: Ints
     cleaned: Ints
+    between: str | None = None
+    call: str = ""
 
     def __repr__(self) -> str:
         far = max(self.deviation.points, self.deviation.between)
@@ -82,8 +87,31 @@ class Fit:
 
         return plot_comb(self.curves, ax, **options)
 
+    def report(self, path: str | os.PathLike[str], *, title: str = "", unit: str = "") -> None:
+        """Write the fit as one HTML page to look at, which opens offline (see `cadfit.report.report`)."""
+        from cadfit.report import report
+
+        report(self, path, title=title, unit=unit)
+
 
 def _again(*values: Any) -> Fit:
     """Return a fit from what was copied or pickled, its arrays read-only as before."""
     kept: list[Any] = [own(value) if isinstance(value, np.ndarray) else value for value in values]
     return Fit(*kept)
+
+
+def written(function: str, *arguments: float, **options: Any) -> str:
+    """Return a call of a public function on `points` as it is written; numbers in full, long arrays by their name.
+
+    >>> written("fit", 0.01, closed=True, corners=np.array([3, 17]), weights=np.ones(100))
+    'cadfit.fit(points, 0.01, closed=True, corners=[3, 17], weights=weights)'
+    """
+    named = [f"{name}={_written(name, value)}" for name, value in options.items()]
+    return f"cadfit.{function}({', '.join(['points', *(repr(float(value)) for value in arguments), *named])})"
+
+
+def _written(name: str, value: Any) -> str:
+    if value is None or isinstance(value, str | bool):
+        return repr(value)
+    array = np.asarray(value)
+    return name if array.size > 64 else repr(array.tolist())

@@ -1,0 +1,215 @@
+"""Reports opened in a browser: no errors, nothing fetched, and what is drawn, pressed and pointed at."""
+
+import re
+
+import numpy as np
+import pytest
+from browser import Browser, needs_browser
+
+import cadfit
+from cadfit.report import Entry, write
+
+pytestmark = [needs_browser, pytest.mark.slow]
+
+BLUE, VERMILION, GREEN, GREY, PURPLE = "#0072b2", "#d55e00", "#009e73", "#7b8490", "#cc79a7"
+X = np.linspace(0.0, 9.0, 200)
+WAVE = np.column_stack([X, np.sin(X), np.cos(2 * X)]) + np.random.default_rng(2).normal(scale=0.01, size=(200, 3))
+SQUARE = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1.0]])
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    found = Browser(tmp_path_factory.mktemp("browser"))
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    """Open the page of a fit; at the end nothing has gone wrong, and nothing but the file was asked for."""
+
+    def opened(*fits, **options):
+        path = tmp_path / "page <&> 1.html"
+        if len(fits) == 1:
+            fits[0].report(path, **options)
+        else:
+            write([Entry(f"way {k}", fit) for k, fit in enumerate(fits)], path, "several")
+        browser.open(path)
+        return browser
+
+    yield opened
+    assert browser.wrong == []
+    assert [url for url in browser.fetched if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert len(browser.fetched) <= 2  # the page, and its empty icon
+
+
+def readout(browser):
+    return browser.run("await frame(); return find('#readout').textContent")
+
+
+FLAT = cadfit.fit(WAVE[:, :2], 0.05)
+SPACE = cadfit.fit(WAVE, 0.08)
+CORNERED = cadfit.fit(SQUARE, 0.01, closed=True)
+
+
+def test_each_toggle_draws_and_takes_away_its_own(opened):
+    browser = opened(FLAT, unit="mm")
+    for name, colour, at_first in [("poles", GREY, True), ("points", VERMILION, True), ("curve", BLUE, True),
+                                   ("comb", GREEN, False), ("deviation", PURPLE, False)]:  # fmt: skip
+        before = browser.pixels("#view", colour)
+        pressed = browser.run(f"return find('[data-show={name}]').getAttribute('aria-pressed')")
+        assert pressed == str(at_first).lower()
+        assert (before > 9) == at_first, name
+        browser.click(f"[data-show={name}]")
+        assert (browser.pixels("#view", colour) > 9) != at_first, name
+        if name in ("comb", "deviation"):
+            assert browser.run(f"return !find('[data-for={name}]').hidden")
+            longer = browser.pixels("#view", colour)
+            slider = "#comb-scale" if name == "comb" else "#times"
+            browser.run(
+                f"find('{slider}').value = find('{slider}').max; find('{slider}').dispatchEvent(new Event('input'))"
+            )
+            assert browser.pixels("#view", colour) != longer
+            browser.click(f"[data-show={name}]")
+
+
+def test_knots_corners_and_the_farthest_point_are_marked(opened):
+    browser = opened(CORNERED)
+    for name in ("knots", "corners", "worst"):
+        before = browser.run("await frame(); return find('#view').toDataURL()")
+        browser.click(f"[data-show={name}]")
+        assert browser.run("await frame(); return find('#view').toDataURL()") != before, name
+
+
+def test_the_charts_show_deviation_tolerance_and_curvature(opened):
+    browser = opened(FLAT, unit="mm")
+    assert browser.pixels("#deviation", VERMILION) > 100
+    assert browser.pixels("#deviation", "#1d2430") > 30  # the tolerance's dashes and its name
+    assert browser.pixels("#curvature", GREEN) > 100
+    for chart, colour in [("deviation", VERMILION), ("curvature", GREEN)]:
+        picture = f"return find('#{chart}').toDataURL()"
+        linear = browser.run(picture)
+        browser.click(f"[data-log={chart}]")
+        assert browser.run(f"await frame(); {picture}") != linear
+        assert browser.pixels(f"#{chart}", colour) > 50
+
+
+def test_pointing_at_a_chart_shows_the_place_in_the_view_and_back(opened):
+    browser = opened(FLAT, unit="mm")
+    plain = browser.run("return find('#view').toDataURL()")
+    x, y, width, height = browser.run(
+        "const b = find('#curvature').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]"
+    )
+    browser.mouse("mouseMoved", x + 66 + 0.5 * (width - 80), y + height / 2)
+    s = float(re.search(r"([\d.e-]+) mm along the curve", readout(browser))[1])
+    length = FLAT.spline.length()
+    assert s == pytest.approx(0.5 * length, rel=0.01)
+    assert "curvature" in readout(browser)
+    assert browser.run("return find('#view').toDataURL()") != plain
+    # The other way: over the middle of the view, near the curve.
+    chart = browser.run("return find('#deviation').toDataURL()")
+    x, y, width, height = browser.run(
+        "const b = find('#view').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]"
+    )
+    for down in np.linspace(0.1, 0.9, 60):
+        browser.mouse("mouseMoved", x + 0.4 * width, y + down * height)
+        if "along the curve" in readout(browser):
+            break
+    assert "along the curve" in readout(browser)
+    assert browser.run("return find('#deviation').toDataURL()") != chart
+
+
+def test_the_farthest_point_is_gone_to_from_table_and_chart(opened):
+    browser = opened(FLAT, unit="mm")
+    worst = FLAT.deviation.worst
+    browser.click("button.go")
+    assert f"point {worst}: off by" in readout(browser)
+    said = float(re.search(r"off by ([\d.e-]+) mm", readout(browser))[1])
+    assert said == pytest.approx(FLAT.deviation.points, rel=2e-3)
+    near = browser.run("return find('#view').toDataURL()")
+    browser.click("#whole")
+    assert "Point at" in readout(browser)
+    assert browser.run("return find('#view').toDataURL()") != near
+    # In the chart the ring stands where the deviation is largest; a click on it is the same.
+    (s,) = cadfit.fitting.along.trace(FLAT.curves).at(FLAT.parameters[[worst]])
+    x, y, width = browser.run("const b = find('#deviation').getBoundingClientRect(); return [b.x, b.y, b.width]")
+    across = x + 66 + (width - 80) * s / FLAT.spline.length()
+    for down in range(8, 120, 4):
+        browser.mouse("mouseMoved", across, y + down)
+        if f"point {worst}" in readout(browser):
+            break
+    browser.mouse("mousePressed", across, y + down)
+    browser.mouse("mouseReleased", across, y + down)
+    assert f"point {worst}: off by" in readout(browser)
+
+
+def test_the_view_in_space_turns_zooms_and_comes_back(opened):
+    browser = opened(SPACE)
+    state = lambda: browser.run("await frame(); await frame(); return find('#view').toDataURL()")  # noqa: E731
+    first = state()
+    browser.drag((400, 300), (500, 340))
+    turned = state()
+    assert turned != first
+    browser.mouse("mouseWheel", 500, 300, deltaX=0, deltaY=-400)
+    zoomed = state()
+    assert zoomed != turned
+    browser.click("#whole")
+    browser.click("[data-look=iso]")
+    browser.mouse("mouseMoved", 5, 5)
+    assert state() == first
+    seen = set()
+    for look in ("top", "front", "side"):
+        browser.click(f"[data-look={look}]")
+        browser.mouse("mouseMoved", 5, 5)
+        seen.add(state())
+    assert len(seen) == 3
+
+
+def test_at_a_deep_zoom_the_curve_is_still_drawn(opened):
+    browser = opened(FLAT)
+    browser.click("button.go")
+    x, y, width, height = browser.run(
+        "const b = find('#view').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]"
+    )
+    for _ in range(6):
+        browser.mouse("mouseWheel", x + width / 2, y + height / 2, deltaX=0, deltaY=-300)
+    browser.run("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape'}))")  # the mark hides the point
+    # The farthest point stands in the middle; 40 times nearer the curve's ends are far outside, and nothing has broken.
+    assert browser.pixels("#view", VERMILION) > 5
+    for _ in range(4):
+        browser.mouse("mouseWheel", x + width / 2, y + height / 2, deltaX=0, deltaY=300)
+    assert browser.run("await frame(); return find('html').dataset.ready") == "yes"
+
+
+def test_five_coordinates_three_at_a_time(opened):
+    fit = cadfit.fit(WAVE @ np.random.default_rng(3).normal(size=(3, 5)), 0.3)
+    browser = opened(fit)
+    picture = browser.run("return find('#view').toDataURL()")
+    browser.run("const c = find('[data-axis=\"0\"]'); c.value = 4; c.dispatchEvent(new Event('change')); await frame()")
+    assert browser.run("await frame(); return find('#view').toDataURL()") != picture
+
+
+def test_one_coordinate_is_a_graph(opened):
+    browser = opened(cadfit.fit(WAVE[:, 1:2], 0.08), unit="V")
+    assert browser.pixels("#view", BLUE) > 200
+    assert browser.run("return find('#curvature')") is None
+
+
+def test_several_on_one_page_are_hidden_one_by_one(opened):
+    browser = opened(cadfit.fit(WAVE[:, :2], 0.1), cadfit.fit(WAVE[:, :2], 0.04))
+    for k, colour in enumerate([BLUE, VERMILION]):
+        browser.click(f'[data-entry="{k}"]')
+        assert browser.pixels("#view", colour) < 5
+        assert browser.pixels("#curvature", colour) < 5
+        browser.click(f'[data-entry="{k}"]')
+        assert browser.pixels("#curvature", colour) > 50
+    browser.click('[data-entry="0"]')
+    browser.click('[data-entry="1"]')  # the last one stays
+    assert browser.pixels("#curvature", VERMILION) > 50
+
+
+def test_names_do_no_harm(opened):
+    name = "</script><script>document.title='broken'</script>"
+    browser = opened(FLAT, title=name, unit="<b>mm</b>")
+    assert browser.run("return [document.title, find('h1').textContent]") == [name, name]
+    assert browser.run("return document.querySelectorAll('b').length") == 0
