@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 from typing import TypedDict, Unpack
 
 import cadquery as cq
+import numpy as np
 from cadquery.cq import VectorLike
 from numpy.typing import ArrayLike
 
 from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space
 from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.result import Fit
-from cadfit.occt import simplify
+from cadfit.occt import CONFUSION, simplify
 
 
 class ProfileOptions(TypedDict, total=False):
@@ -41,9 +42,11 @@ def fitted(
     """Return the fit to points, or to an edge or wire, as CadQuery has them; see :meth:`Workplane.fitSpline`."""
     if (shape := curve_of(points)) is not None:
         return _refitted(shape, tolerance, tangents, how)
-    if tangents is None:
-        return fit(as_array(points), tolerance, **how)
-    given, ends = in_one_space(as_array(points), as_array(tangents))
+    given, ends = as_array(points), None
+    if tangents is not None:
+        given, ends = in_one_space(given, as_array(tangents))
+    elif how.get("closed") is None and 0.0 < float(np.linalg.norm(given[-1] - given[0])) <= CONFUSION:
+        how["closed"] = True  # one point to the kernel: open, the ends of a tube would pass through each other
     return fit(given, tolerance, end_tangents=ends, **how)
 
 

@@ -51,7 +51,7 @@ class Workplane(cq.Workplane):
             points on the stack, are taken where they are; so is an Edge or a Wire, which is refitted lighter
         :param tolerance: every point is within this distance of the curve, matched in order
         :param closed: whether the curve returns to its first point, C2 across the seam; None: when the last point
-            repeats the first
+            repeats the first, to the kernel's 1e-7
         :param corners: the points where one edge ends and the next begins, kept exactly: "auto" finds those that stand
             out, an angle in radians those that turn by more; or rows of the points, or None
         :param between: "curve" when the points are samples of something smooth: no wiggles or overshoot between them.
