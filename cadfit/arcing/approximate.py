@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from cadfit.arcing.result import AXES, Arcs
 from cadfit.arcing.rounding import rounded
-from cadfit.arcing.stretch import Chain, fewest, joined
-from cadfit.bezier import Array
+from cadfit.arcing.stretch import Chain, apart, fewest, joined
+from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.approximate import fit
 from cadfit.stages import Progress, portion
@@ -74,12 +74,12 @@ def arcs(
     edges = [*breaks, breaks[0] + len(flat)] if is_closed and breaks else [0, *breaks, len(flat)]
     stretches = [flat[np.arange(a, b) % len(flat)] for a, b in zip(edges[:-1], edges[1:], strict=True)]
     if decimals is None:
-        chain, first = _chained(stretches, _SPARED * (tolerance - off), largest, smooth, is_closed)
+        chain, first, stretches = _chained(stretches, _SPARED * (tolerance - off), largest, smooth, is_closed)
         far = _far(chain, stretches, tolerance - off) + off
     else:
         chain, first, far = _rounded(stretches, tolerance, off, largest, smooth, is_closed, decimals)
     starts, ends = (_lifted(joints, level, plane, pieces.shape[2]) for joints in (chain.joints[:-1], chain.joints[1:]))
-    corners = first[0 if is_closed and not smooth else 1 :]
+    corners = first[1 if not is_closed or (smooth and len(first) == 1) else 0 :]
     arrays = (own(array) for array in (starts, ends, chain.centres, chain.sweeps))
     portion(progress, _CURVES, 1.0)(1.0)
     return Arcs(*arrays, plane, own(corners), far, float(tolerance), is_closed)  # type: ignore[call-arg, arg-type]
@@ -96,23 +96,35 @@ def _curves(curve: Any, tolerance: float, closed: bool | None, progress: Progres
     return list(fitted.curves), max(fitted.deviation.points, fitted.deviation.between)
 
 
-def _chained(stretches: list[Array], tolerance: float, largest: float, smooth: bool, closed: bool) -> tuple[Chain, Any]:
-    """Return the chains of all stretches as one, and the rows at which they begin."""
-    chains = []
-    for pieces in stretches:
+def _chained(
+    stretches: list[Array], tolerance: float, largest: float, smooth: bool, closed: bool
+) -> tuple[Chain, Ints, list[Array]]:
+    """Return the chains of all stretches as one, the rows at which they begin, and the stretches.
+
+    Where no smooth path follows a stretch, it is parted where it turns within the tolerance: these are corners.
+    """
+    chains: list[Chain] = []
+    while len(chains) < len(stretches):
+        k = len(chains)
         try:
-            chains.append(fewest(pieces, tolerance, largest, smooth))
+            chains.append(fewest(stretches[k], tolerance, largest, smooth))
         except LookupError as error:
-            x, y = pieces[min(int(error.args[0]), len(pieces) - 1), 0]
-            raise ValueError(
-                f"no smooth path of arcs within {tolerance:.6g} follows the curve near {x:.6g}, {y:.6g}"
-            ) from None
-    return joined(chains, [len(pieces) for pieces in stretches], closed)
+            at, hairpins = error.args
+            if not len(hairpins):
+                x, y = stretches[k][min(int(at), len(stretches[k]) - 1), 0]
+                raise ValueError(
+                    f"no smooth path of arcs within {tolerance:.6g} follows the curve near {x:.6g}, {y:.6g}"
+                ) from None
+            parts = apart(stretches[k], hairpins)
+            if smooth:  # from one of its corners on
+                parts = [*parts[1:-1], np.concatenate([parts[-1], parts[0]])]
+            stretches, smooth = [*stretches[:k], *parts, *stretches[k + 1 :]], False
+    return *joined(chains, [len(pieces) for pieces in stretches], closed), stretches
 
 
 def _rounded(
     stretches: list[Array], tolerance: float, off: float, largest: float, smooth: bool, closed: bool, decimals: int
-) -> tuple[Chain, Any, float]:
+) -> tuple[Chain, Ints, float]:
     """Return a chain with rounded coordinates that is within the tolerance all the same, its stretches' rows, how far.
 
     Raises ValueError where the step of the last decimal is too large for that.
@@ -122,8 +134,9 @@ def _rounded(
         spared = share * (tolerance - off - step)
         if spared <= 0.0:
             break
-        chain, first = rounded(*_chained(stretches, spared, largest, smooth, closed), decimals)
-        far = _far(chain, stretches, tolerance - off) + off
+        chain, first, parts = _chained(stretches, spared, largest, smooth, closed)
+        chain, first = rounded(chain, first, decimals)
+        far = _far(chain, parts, tolerance - off) + off
         if far <= tolerance:
             return chain, first, far
     raise ValueError(f"a tolerance of {tolerance:g} cannot be held with {decimals} decimals")

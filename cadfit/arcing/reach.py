@@ -11,25 +11,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 
 _PER_ARC = 20.0  # nodes in the length of an arc, where the curvature changes evenly
 _PER_TURN = 36.0  # nodes in a full turn, at least
 _LEAST = 24.0  # nodes in a stretch, at least
+FARTHEST = 64  # nodes that an arc may span
+_MOST = 128  # samples to look at between two nodes
 _SAMPLES = 16  # of a piece's density
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nodes:
-    """Places of a stretch: `at` (n,) piece and parameter as one number, `points` (2n - 1, 2) and `angles` (2n - 1,).
+    """Places of a stretch: `at` (n,) piece and parameter as one number, `rows` (n,) of the samples.
 
-    The odd rows of points and of (unwrapped) tangent angles are halfway between nodes.
+    Samples, at the nodes and between them: their `places` (s,), `points` (s, 2) and, unwrapped, the directions of the
+    tangent `angles` (s,).
     """
 
     at: Array
+    rows: Ints
+    places: Array
     points: Array
     angles: Array
+
+    def only(self, some: NDArray[np.bool_]) -> Nodes:
+        """Return some of the nodes (n,), with all samples."""
+        return Nodes(self.at[some], self.rows[some], self.places, self.points, self.angles)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +88,20 @@ def place_nodes(pieces: Array, tolerance: float, density: float) -> Nodes:
     at = at if len(at) % 2 else np.delete(at, -2)
     points, tangent = points_at(pieces, at)
     angles = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    return Nodes(at[::2], points, angles)
+    return Nodes(at[::2], np.arange(0, len(at), 2), at, points, angles)
+
+
+def thinned(nodes: Nodes, edges: Edges) -> Nodes | None:
+    """Return fewer nodes where arcs reach over many (bends smaller than the tolerance); None where few do."""
+    farthest = np.maximum.reduceat(edges.end - edges.start, np.minimum(edges.first[:-1], len(edges.end) - 1))
+    far = farthest >= FARTHEST
+    if far.mean() < 0.5 or len(nodes.at) < 4 * FARTHEST:
+        return None
+    share = np.where(far, 2.0 * _PER_ARC / FARTHEST, 1.0)
+    whole = np.floor(np.cumsum(share) + 1e-9)
+    some = np.diff(whole, prepend=0.0) > 0.0
+    some[[0, -1]] = True
+    return nodes.only(some) if not some.all() else None
 
 
 def points_at(pieces: Array, at: Array) -> tuple[Array, Array]:
@@ -103,9 +126,7 @@ def feasible(nodes: Nodes, tolerance: float, max_radius: float) -> Edges:
     n = len(nodes.at)
     alive, misses = np.arange(n - 1), np.zeros(n - 1, dtype=np.intp)
     found = []
-    step = 0
-    while True:
-        step += 1
+    for step in range(1, min(n, FARTHEST + 1)):
         keep = (misses < 4) & (alive + step < n)
         alive, misses = alive[keep], misses[keep]
         if not len(alive):
@@ -124,7 +145,9 @@ def feasible(nodes: Nodes, tolerance: float, max_radius: float) -> Edges:
 
 def _between(nodes: Nodes, start: Ints, step: int, tolerance: float, max_radius: float) -> tuple[Array, Array, Array]:
     """Return lowest and highest start angle, and total, of arcs from each of `start` (k,) to the node `step` later."""
-    rows = 2 * start[:, None] + np.arange(2 * step + 1)
+    first, last = nodes.rows[start, None], nodes.rows[start + step, None]
+    count = min(int((last - first).max()), _MOST)
+    rows = first + ((last - first) * np.arange(count + 1)) // count
     points, angles = nodes.points[rows], nodes.angles[rows]
     chord = points[:, -1] - points[:, 0]
     length = np.hypot(chord[:, 0], chord[:, 1])

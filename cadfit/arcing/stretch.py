@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cadfit.arcing.chain import Layer, layers, more, trace
-from cadfit.arcing.reach import Edges, Nodes, feasible, place_nodes
+from cadfit.arcing.reach import Edges, Nodes, feasible, place_nodes, thinned
 from cadfit.arcing.within import bounds
 from cadfit.bezier import Array, Ints, restrict
 
 _MORE = 3  # numbers of arcs to try, to close a chain
-_DENSER = (1.0, 2.0, 4.0, 8.0)
+_DENSER = (1.0, 2.0, 4.0)
 _TRIES = 12
 _TURNED = 0.5  # tolerances: the last direction's error times the longest chord that is spread over a chain
 _ENDS = 5  # directions at the end of a closed stretch to trace back from
@@ -37,16 +37,46 @@ def fewest(pieces: Array, tolerance: float, max_radius: float, closed: bool) -> 
     """Return as few lines and arcs within the tolerance of Bézier pieces (m, 4, 2) as are found.
 
     `closed`: the pieces end where they start, and the tangent is to be continuous there, too. Raises LookupError with a
-    place of the curve where no arcs within the tolerance go on.
+    place of the curve where no arcs within the tolerance go on, and the places where it turns within the tolerance.
     """
     for density in _DENSER:
         nodes = place_nodes(pieces, tolerance, density)
         edges = feasible(nodes, tolerance, max_radius)
+        while (fewer := thinned(nodes, edges)) is not None:
+            nodes, edges = fewer, feasible(fewer, tolerance, max_radius)
         try:
             return _certified(pieces, nodes, edges, tolerance, max_radius, closed)
         except LookupError as error:
+            hairpins = _hairpins(nodes, tolerance)
+            if len(hairpins):
+                raise LookupError(float(nodes.at[error.args[0]]), hairpins) from None
             where = error.args[0]
-    raise LookupError(float(nodes.at[where]))
+    raise LookupError(float(nodes.at[where]), hairpins)
+
+
+def _hairpins(nodes: Nodes, tolerance: float) -> Array:
+    """Return the places (k,) inside where the curve turns by a right angle or more within the tolerance."""
+    step = np.linalg.norm(np.diff(nodes.points, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(step)])
+    before = np.searchsorted(along, along - 0.5 * tolerance)
+    after = np.minimum(np.searchsorted(along, along + 0.5 * tolerance), len(along) - 1)
+    turn = np.abs(nodes.angles[after] - nodes.angles[before])
+    places: list[float] = []
+    sharp = np.flatnonzero(turn >= 0.5 * np.pi)
+    for run in np.split(sharp, np.flatnonzero(np.diff(sharp) > 1) + 1):
+        middle = run[np.argmax(turn[run])] if len(run) else 0
+        if 0 < middle < len(along) - 1:
+            places.append(float(nodes.places[middle]))
+    return np.array(places)
+
+
+def apart(pieces: Array, at: Array) -> list[Array]:
+    """Return the parts (each (k, 4, 2)) of Bézier pieces between places `at` (k,) inside, rising, and both ends."""
+    at = np.concatenate([[0.0], at, [float(len(pieces))]])
+    parts = [cut(pieces, np.array(ends))[0] for ends in zip(at[:-1], at[1:], strict=True)]
+    for before, after in zip(parts[:-1], parts[1:], strict=True):
+        before[-1, 3] = after[0, 0]
+    return parts
 
 
 def joined(chains: list[Chain], pieces: list[int], closed: bool) -> tuple[Chain, Ints]:
@@ -102,7 +132,7 @@ def _along(nodes: Nodes, edges: Edges, found: list[Layer], max_radius: float) ->
     widest = int(np.argmax(high - low))
     rows, angle = trace(edges, found, len(edges.first) - 2, 0.5 * float(low[widest] + high[widest]))
     path = _path(edges, rows)
-    return rows, _chain(nodes, path, nodes.points[::2][path], angle, max_radius)
+    return rows, _chain(nodes, path, nodes.points[nodes.rows[path]], angle, max_radius)
 
 
 def _around(nodes: Nodes, edges: Edges, found: list[Layer], tolerance: float, max_radius: float) -> tuple[Ints, Chain]:
@@ -138,7 +168,7 @@ def _path(edges: Edges, rows: Ints) -> Ints:
 
 
 def _longest(nodes: Nodes, path: Ints) -> float:
-    return float(np.linalg.norm(np.diff(nodes.points[::2][path], axis=0), axis=1).max())
+    return float(np.linalg.norm(np.diff(nodes.points[nodes.rows[path]], axis=0), axis=1).max())
 
 
 def _start(edges: Edges, rows: Ints) -> tuple[float, float]:
@@ -156,7 +186,7 @@ def _start(edges: Edges, rows: Ints) -> tuple[float, float]:
 
 def _closing(nodes: Nodes, path: Ints, start: float) -> Array:
     """Return the joints (k + 1, 2), moved so that the chain that starts at this angle ends in that direction."""
-    joints, angles = nodes.points[::2][path], nodes.angles[::2][path]
+    joints, angles = nodes.points[nodes.rows[path]], nodes.angles[nodes.rows[path]]
     across = np.column_stack([-np.sin(angles), np.cos(angles)]) * ((-1.0) ** np.arange(len(path)))[:, None]
     across[[0, -1]] = 0.0
 
@@ -191,7 +221,7 @@ def _directions(joints: Array, start: float) -> Array:
 def _chain(nodes: Nodes, path: Ints, joints: Array, angle: float, max_radius: float) -> Chain:
     """Return the arcs through joints that start at an angle to the curve; lines where a radius would be too large."""
     chord = np.diff(joints, axis=0)
-    start = _directions(joints, nodes.angles[2 * path[0]] + angle)[:-1]
+    start = _directions(joints, nodes.angles[nodes.rows[path[0]]] + angle)[:-1]
     turn = np.arctan2(chord[:, 1], chord[:, 0]) - start
     sweep = 2.0 * (turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
     half = 0.5 * np.linalg.norm(chord, axis=1)
