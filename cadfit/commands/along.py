@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cadfit.commands.terminal import check, write_all
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cadfit.bspline import BSpline
+    from cadfit.commands.options import Unit
+    from cadfit.files import Kind
     from cadfit.methods import How
+
+_SOLID = (".step", ".stp", ".brep")
 
 
 class Caps(StrEnum):
@@ -34,7 +42,7 @@ Source = Annotated[
     Path,
     typer.Argument(metavar="PATH", help="A point file, or curves: .json .step .stp .brep", show_default=False),
 ]
-MeshWithin = Annotated[float | None, typer.Option(help="How far the mesh may be from the exact surface.")]
+Within = Annotated[float | None, typer.Option(help="How far the mesh, or the solid, may be from the exact surface.")]
 FitWithin = Annotated[
     float | None, typer.Option("--fit", help="Fit the path to the points within this first, corners kept.")
 ]
@@ -88,6 +96,52 @@ def way_in(source: Path, how: How, unit: str, column: str | None = None) -> Way:
     curve = join(curves.curves)
     cleaned = cadfit.clean(points, how.closed)
     return Way(curve, said, np.column_stack([match(curve, cleaned.points)[0], values[cleaned.kept]]))
+
+
+@dataclass(frozen=True)
+class Swept:
+    """The files that a sweep is written to, as a `mesh` or as a `solid`."""
+
+    source: Path
+    mesh: list[Path]
+    solid: list[Path]
+
+    @classmethod
+    def to(cls, source: Path, output: list[Path], caps: Caps, answer: Answer) -> Swept:
+        """Return the outputs sorted by their suffixes; refuse what cannot be written before any work is done."""
+        solid = [path for path in output if path.suffix.lower() in _SOLID]
+        mesh = [path for path in output if path not in solid]
+        check(source, mesh, "mesh")
+        check(source, solid, "solid")
+        if solid and caps is Caps.none:
+            raise ValueError("--caps none leaves the ends open, and encloses no solid: flat or round")
+        if solid and answer is Answer.repair:
+            raise ValueError("--on-self-intersection repair is for meshes: a solid is refused where it meets itself")
+        return cls(source, mesh, solid)
+
+    def made(self, mesh: Callable[[], Any], solid: Callable[[], Any]) -> dict[Kind, Any]:
+        """Return the mesh and the solid, those that are written."""
+        wanted: list[tuple[Kind, list[Path], Callable[[], Any]]] = [
+            ("solid", self.solid, solid),
+            ("mesh", self.mesh, mesh),
+        ]
+        return {kind: make() for kind, paths, make in wanted if paths}
+
+    def write(self, made: dict[Kind, Any], unit: Unit) -> dict[str, str]:
+        """Write the mesh and the solid, and return what to report of them."""
+        from cadfit.files.facts import facts
+
+        said: dict[str, str] = {}
+        for kind, result in made.items():
+            write_all(self.source, self.solid if kind == "solid" else self.mesh, kind, 3, result, unit)
+            if kind == "solid":
+                from cadfit.occt import faces, volume
+
+                said["solid"] = f"{len(faces(result))} faces, volume {volume(result):.7g}, valid"
+            else:
+                said |= facts(result)
+                del said["kind"]
+        return said
 
 
 def up_of(text: str | None) -> list[float] | None:

@@ -13,16 +13,17 @@ from cadfit.commands.along import (
     Ends,
     FitWithin,
     Meeting,
-    MeshWithin,
     Source,
+    Swept,
     Texture,
     Up,
+    Within,
     number_or_name,
     up_of,
     way_in,
 )
 from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
-from cadfit.commands.terminal import about, busy, check, report, timed, write_all
+from cadfit.commands.terminal import about, busy, report, timed
 
 
 def sweep(
@@ -36,7 +37,7 @@ def sweep(
     twist: Annotated[float, typer.Option(help="The turn of the profile over the whole path, in degrees.")] = 0.0,
     caps: Ends = Caps.flat,
     up: Up = None,
-    tolerance: MeshWithin = None,
+    tolerance: Within = None,
     fit: FitWithin = None,
     method: HowTo = None,
     tension: Tension = None,
@@ -48,43 +49,41 @@ def sweep(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Sweep a profile along points or a curve, and write the mesh to .stl .3mf .ply .glb .obj."""
+    """Sweep a profile along points or a curve, and write a mesh to .stl .3mf .ply .glb .obj, a solid to .step .brep."""
     import math
 
-    from cadfit.files.facts import facts
     from cadfit.methods import How
     from cadfit.stages import stage
     from cadfit.sweeping.profile import Profile
-    from cadfit.sweeping.sweep import sweep as swept
+    from cadfit.sweeping.sweep import sweep as meshed
 
     with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
-        check(source, output, "mesh")
+        swept = Swept.to(source, output, caps, on_self_intersection)
         loops = [_loop(path, unit.value) for path in profile]
         with about(profile[0]):
             shape = Profile.of(*loops)
         with about(source):
             if method in (Method.tolerance, Method.dominant):
                 raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
-            size = number_or_name(scale)
+            size: Any = number_or_name(scale)
             how = How(method, closed, tension, curvature, fit)
             way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
+            size = size if isinstance(size, float) else way.values
+            like: dict[str, Any] = {"scale": size, "twist": math.radians(twist), "up": up_of(up), "caps": caps.value}
+            heard: dict[str, Any] = {"on_self_intersection": on_self_intersection.value, "progress": progress}
+
+            def mesh() -> Any:
+                return meshed(way.curve, shape, tolerance, texture=texture, **like, **heard)
+
+            def solid() -> Any:
+                from cadfit.occt import sweep_solid
+
+                return sweep_solid(way.curve, shape, tolerance, **like)
+
             with stage("sweeping"):
-                mesh = swept(
-                    way.curve,
-                    shape,
-                    tolerance,
-                    scale=size if isinstance(size, float) else way.values,
-                    twist=math.radians(twist),
-                    up=up_of(up),
-                    caps=caps.value,
-                    on_self_intersection=on_self_intersection.value,
-                    texture=texture,
-                    progress=progress,
-                )
-        write_all(source, output, "mesh", 3, mesh, unit)
-    of_mesh = facts(mesh)
-    del of_mesh["kind"]
-    report(str(source), way.said | {"profile": ", ".join(map(str, profile))} | of_mesh, output, quiet)
+                made = swept.made(mesh, solid)
+        said = swept.write(made, unit)
+    report(str(source), way.said | {"profile": ", ".join(map(str, profile))} | said, output, quiet)
 
 
 def _loop(path: Path, unit: str) -> Any:

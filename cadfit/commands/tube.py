@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,16 +12,17 @@ from cadfit.commands.along import (
     Ends,
     FitWithin,
     Meeting,
-    MeshWithin,
     Source,
+    Swept,
     Texture,
     Up,
+    Within,
     number_or_name,
     up_of,
     way_in,
 )
 from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
-from cadfit.commands.terminal import about, busy, check, report, timed, write_all
+from cadfit.commands.terminal import about, busy, report, timed
 
 
 def tube(
@@ -33,7 +34,7 @@ def tube(
     thickness: Annotated[float | None, typer.Option(help="Make it a pipe, with walls this thick inward.")] = None,
     caps: Ends = Caps.flat,
     up: Up = None,
-    tolerance: MeshWithin = None,
+    tolerance: Within = None,
     fit: FitWithin = None,
     method: HowTo = None,
     tension: Tension = None,
@@ -45,33 +46,32 @@ def tube(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Sweep a circle along points or a curve, and write the mesh to .stl .3mf .ply .glb .obj."""
-    from cadfit.files.facts import facts
+    """Sweep a circle along points or a curve, and write a mesh to .stl .3mf .ply .glb .obj, a solid to .step .brep."""
     from cadfit.methods import How
     from cadfit.stages import stage
-    from cadfit.sweeping.tube import tube as swept
+    from cadfit.sweeping.tube import tube as meshed
 
     with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
-        check(source, output, "mesh")
+        swept = Swept.to(source, output, caps, on_self_intersection)
         with about(source):
             if method in (Method.tolerance, Method.dominant):
                 raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
-            size = number_or_name(radius)
+            size: Any = number_or_name(radius)
             how = How(method, closed, tension, curvature, fit)
             way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
+            size = size if isinstance(size, float) else way.values
+            like: dict[str, Any] = {"thickness": thickness, "up": up_of(up), "caps": caps.value}
+            heard: dict[str, Any] = {"on_self_intersection": on_self_intersection.value, "progress": progress}
+
+            def mesh() -> Any:
+                return meshed(way.curve, size, tolerance, texture=texture, **like, **heard)
+
+            def solid() -> Any:
+                from cadfit.occt import tube_solid
+
+                return tube_solid(way.curve, size, tolerance, **like)
+
             with stage("sweeping"):
-                mesh = swept(
-                    way.curve,
-                    size if isinstance(size, float) else way.values,
-                    tolerance,
-                    thickness=thickness,
-                    up=up_of(up),
-                    caps=caps.value,
-                    on_self_intersection=on_self_intersection.value,
-                    texture=texture,
-                    progress=progress,
-                )
-        write_all(source, output, "mesh", 3, mesh, unit)
-    of_mesh = facts(mesh)
-    del of_mesh["kind"]
-    report(str(source), way.said | of_mesh, output, quiet)
+                made = swept.made(mesh, solid)
+        said = swept.write(made, unit)
+    report(str(source), way.said | said, output, quiet)

@@ -19,7 +19,7 @@ from cadfit.files.table import as_table
 from cadfit.replacing import replacing
 from cadfit.stages import Progress, portion, stage, unheard
 
-Kind = Literal["points", "curves", "mesh"]
+Kind = Literal["points", "curves", "mesh", "solid"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Format:
     tells: bool = False
 
 
-_KERNEL = Format("kernel", ("curves",), range(2, 4))
+_KERNEL = Format("kernel", ("curves", "solid"), range(2, 4))
 _MESH = Format("mesh", ("mesh",))
 
 FORMATS = {
@@ -87,7 +87,8 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
 
     `result`: points (n, d) for .csv, .txt, .xyz, .npy, .npz and .json; a `BSpline`, several, `Curves` or anything else
     with `curves`, `closed` and `deviation` for .step, .stp, .brep, .json and .csv (the poles, one a row, curves apart
-    by a blank line); a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb and .obj. `unit` ("mm", "m", "inch") is the unit
+    by a blank line); a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb and .obj; a shape of the kernel, such as
+    `cadfit.occt.tube_solid` makes, for .step, .stp and .brep. `unit` ("mm", "m", "inch") is the unit
     of the coordinates, for STEP. JSON, CSV and NPY read back bit for bit. `progress`: as in `read`.
 
     Raises ValueError for an unknown suffix or one that cannot hold the result, saying which can; OSError naming a
@@ -151,6 +152,8 @@ def _sorted_out(result: Any, where: str) -> tuple[Kind, Array | Curves | Any]:
         return "curves", Curves(tuple(result.curves), result.closed, result.deviation)
     if hasattr(result, "vertices") and hasattr(result, "faces"):
         return "mesh", result
+    if hasattr(result, "ShapeType"):  # the kernel's own name for what a shape is
+        return "solid", result
     if isinstance(result, Sequence) and result and all(isinstance(each, BSpline) for each in result):
         joined = np.array_equal(result[0].poles[0], result[-1].poles[-1])
         return "curves", Curves(tuple(result), joined)

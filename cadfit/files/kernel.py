@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,11 +30,13 @@ def read(path: Path, unit: str) -> Curves:
     return Curves(tuple(curves), all(_meet(a, b) for a, b in pairwise([*curves, curves[0]])))
 
 
-def write(path: Path, result: Curves, unit: str) -> None:
-    """Write each curve as an edge, and several that follow each other end to end as one wire."""
-    curves = result.curves
-    chained = len(curves) > 1 and all(_meet(a, b) for a, b in pairwise(curves))
-    shapes = occt.to_wire(curves) if chained else curves
+def write(path: Path, result: Curves | Any, unit: str) -> None:
+    """Write each curve as an edge, several that follow each other end to end as one wire; a kernel's shape as it is."""
+    shapes = result
+    if isinstance(result, Curves):
+        curves = result.curves
+        chained = len(curves) > 1 and all(_meet(a, b) for a, b in pairwise(curves))
+        shapes = occt.to_wire(curves) if chained else curves
     if path.suffix.lower() == ".brep":
         occt.write_brep(path, shapes)
     else:

@@ -22,7 +22,7 @@ from cadfit.occt.exchange import UNITS, read_brep, read_step, write_brep, write_
 from cadfit.occt.faces import to_face
 from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
-from cadfit.occt.shapes import edges, from_edge, to_edge, to_wire
+from cadfit.occt.shapes import edges, faces, from_edge, to_edge, to_wire
 from cadfit.occt.simplify import simplify
 from cadfit.occt.solids import sweep_solid, tube_solid, volume
 
@@ -31,6 +31,7 @@ __all__ = [
     "UNITS",
     "KernelError",
     "edges",
+    "faces",
     "from_edge",
     "points_of",
     "read_brep",

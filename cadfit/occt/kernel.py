@@ -15,7 +15,7 @@ try:  # All that differs between the versions: OCP 8 gathers the collections, an
     from OCP.collections import Array2_gp_Pnt as PointGrid
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Shapes
 
-    as_edge, as_vertex, as_wire = TopoDS.Edge, TopoDS.Vertex, TopoDS.Wire
+    as_edge, as_face, as_vertex, as_wire = TopoDS.Edge, TopoDS.Face, TopoDS.Vertex, TopoDS.Wire
 except ImportError:
     from OCP.TColgp import TColgp_Array1OfPnt as Points
     from OCP.TColgp import TColgp_Array2OfPnt as PointGrid
@@ -24,7 +24,7 @@ except ImportError:
     from OCP.TColStd import TColStd_Array2OfReal as RealGrid
     from OCP.TopTools import TopTools_IndexedMapOfShape as Shapes
 
-    as_edge, as_vertex, as_wire = TopoDS.Edge_s, TopoDS.Vertex_s, TopoDS.Wire_s
+    as_edge, as_face, as_vertex, as_wire = TopoDS.Edge_s, TopoDS.Face_s, TopoDS.Vertex_s, TopoDS.Wire_s
 
 __all__ = [
     "CONFUSION",
@@ -36,6 +36,7 @@ __all__ = [
     "Reals",
     "Shapes",
     "as_edge",
+    "as_face",
     "as_vertex",
     "as_wire",
     "building",

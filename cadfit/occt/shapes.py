@@ -16,11 +16,11 @@ from OCP.gp import gp_Pnt
 from OCP.Precision import Precision
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS_Edge, TopoDS_Shape, TopoDS_Vertex, TopoDS_Wire
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape, TopoDS_Vertex, TopoDS_Wire
 
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.occt.geometry import curve as kernel_curve
-from cadfit.occt.kernel import CONFUSION, KernelError, Shapes, as_edge, building
+from cadfit.occt.kernel import CONFUSION, KernelError, Shapes, as_edge, as_face, building
 
 
 class HasCurves(Protocol):
@@ -94,10 +94,19 @@ def from_edge(edge: TopoDS_Edge) -> BSpline:
 
 def edges(shapes: TopoDS_Shape | Iterable[TopoDS_Shape]) -> list[TopoDS_Edge]:
     """Return the edges of one or more shapes in the order they are found, each once."""
+    return [as_edge(found) for found in _parts(shapes, TopAbs_ShapeEnum.TopAbs_EDGE)]
+
+
+def faces(shapes: TopoDS_Shape | Iterable[TopoDS_Shape]) -> list[TopoDS_Face]:
+    """Return the faces of one or more shapes in the order they are found, each once."""
+    return [as_face(found) for found in _parts(shapes, TopAbs_ShapeEnum.TopAbs_FACE)]
+
+
+def _parts(shapes: TopoDS_Shape | Iterable[TopoDS_Shape], kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
     found = Shapes()
     for shape in [shapes] if isinstance(shapes, TopoDS_Shape) else shapes:
-        TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, found)
-    return [as_edge(found.FindKey(k)) for k in range(1, found.Extent() + 1)]
+        TopExp.MapShapes_s(shape, kind, found)
+    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
 
 
 def _lifted(spline: BSpline) -> BSpline:

@@ -1,5 +1,6 @@
 """Files and the command line where there is a kernel."""
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -137,3 +138,31 @@ def test_too_many_coordinates_are_refused_before_anything_is_written(here, capfd
     assert main(["fit", "five.csv", "-o", "a.json", "-o", "a.step"]) == 2
     assert capfd.readouterr().err.startswith("cadfit: a.step: .step holds curves of 2 to 3 coordinates, not 5")
     assert not (here / "a.json").exists()
+
+
+def test_tubes_and_sweeps_as_solids(here, capsys):
+    write("profile.csv", np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+    length = cadfit.local_spline(HELIX).length()
+    assert main(["tube", "helix.csv", "--radius", "1.5", "-o", "tube.step", "-o", "tube.stl", "--unit", "m"]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"solid +4 faces, volume \d", said)
+    assert "watertight" in said
+    assert main(["sweep", "helix.csv", "--profile", "profile.csv", "-o", "bar.brep", "-q"]) == 0
+    [tube] = occt.read_step("tube.step", "m")
+    bar = occt.read_brep("bar.brep")
+    assert occt.volume(tube) == pytest.approx(np.pi * 2.25 * length, rel=1e-4)
+    assert occt.volume(bar) == pytest.approx(4 * length, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--radius", "50"], "helix.csv: no solid: it passes through itself"),
+        (["--radius", "1", "--caps", "none"], "--caps none leaves the ends open"),
+        (["--radius", "1", "--on-self-intersection", "repair"], "repair is for meshes"),
+    ],
+)
+def test_what_is_no_solid_is_one_line(here, options, said, capsys):
+    assert main(["tube", "helix.csv", "-o", "tube.step", *options]) == 2
+    assert said in capsys.readouterr().err
+    assert not (here / "tube.step").exists()

@@ -17,9 +17,8 @@ from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS
 
-from cadfit import BSpline, Profile, frames, join, local_spline, pieces_to_spline, polyline
+from cadfit import BSpline, Profile, frames, join, local_spline, occt, pieces_to_spline, polyline
 from cadfit.bezier import Array
 from cadfit.fitting.cardinal import cardinal_pieces
 from cadfit.occt import KernelError, breps, kernel, read_step, solids, sweep_solid, tube_solid, volume, write_step
@@ -71,26 +70,18 @@ def precise(solid) -> float:
     return found.Mass()
 
 
-def parts(shape, kind: str) -> list:
+def count(shape, kind: str) -> int:
     found = kernel.Shapes()
     TopExp.MapShapes_s(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"), found)
-    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
-
-
-def count(shape, kind: str) -> int:
-    return len(parts(shape, kind))
-
-
-def as_face(shape):
-    return getattr(TopoDS, "Face_s", None)(shape) if hasattr(TopoDS, "Face_s") else TopoDS.Face(shape)
+    return found.Extent()
 
 
 def tessellated(solid, deflection: float) -> trimesh.Trimesh:
     """The kernel's triangles, joined where they have the very same corners."""
     BRepMesh_IncrementalMesh(solid, deflection, False, 0.5, False)
     vertices, faces = [], []
-    for shape in parts(solid, "FACE"):
-        mesh = BRep_Tool.Triangulation_s(as_face(shape), TopLoc_Location())
+    for shape in occt.faces(solid):
+        mesh = BRep_Tool.Triangulation_s(shape, TopLoc_Location())
         found = np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]) - 1 + len(vertices)
         faces.append(found[:, ::-1] if shape.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else found)
         vertices += [mesh.Node(k).Coord() for k in range(1, mesh.NbNodes() + 1)]
@@ -103,8 +94,8 @@ def tessellated(solid, deflection: float) -> trimesh.Trimesh:
 def on_walls(solid, count: int = 40) -> Array:
     """Places on the solid's curved faces."""
     places = []
-    for shape in parts(solid, "FACE"):
-        surface = BRep_Tool.Surface_s(as_face(shape))
+    for shape in occt.faces(solid):
+        surface = BRep_Tool.Surface_s(shape)
         if isinstance(surface, Geom_BSplineSurface):
             u0, u1, v0, v1 = surface.Bounds()
             grid = ((u, v) for u in np.linspace(u0, u1, 9) for v in np.linspace(v0, v1, count))
