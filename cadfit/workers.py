@@ -64,7 +64,7 @@ def outcomes(
         return
     while left:
         with _processes(min(most, len(left))) as pool:
-            suspects = yield from _through(pool, job, left, 2 * most)
+            suspects = yield from _through(pool, job, left, most + 1)
         if suspects:
             _warn_of_death(len(suspects))
         for key in suspects:

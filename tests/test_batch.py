@@ -191,7 +191,7 @@ def test_processes_warn_fail_and_die_and_every_task_has_one_outcome(tmp_path):
 @pytest.mark.slow
 @posix
 def test_a_worker_killed_midway_loses_nothing():
-    given = waves(8, 40)
+    given = waves(8, 30)
     killed = []
 
     def kill(part):
@@ -200,9 +200,9 @@ def test_a_worker_killed_midway_loses_nothing():
             os.kill(killed[0].pid, signal.SIGKILL)
 
     with pytest.warns(UserWarning, match="ended unexpectedly"):
-        batch = cadfit.fit_many(given, 1e-3, jobs=2, progress=kill, effort="fast")
+        batch = cadfit.fit_many(given, 1e-2, jobs=2, progress=kill, effort="fast")
     assert killed
-    assert all(same(fit, cadfit.fit(points, 1e-3, effort="fast")) for fit, points in zip(batch, given, strict=True))
+    assert all(same(fit, cadfit.fit(points, 1e-2, effort="fast")) for fit, points in zip(batch, given, strict=True))
 
 
 @pytest.mark.slow
@@ -289,7 +289,7 @@ def test_dask_with_a_worker_killed_midway(tmp_path):
         assert {int(k) for k, _ in done} == set(range(60))
         assert len({pid for _, pid in done}) >= 2
 
-        given = waves(8, 40)
+        given = waves(8, 30)
         killed = []
 
         def kill(part):
@@ -297,10 +297,10 @@ def test_dask_with_a_worker_killed_midway(tmp_path):
                 killed.append(next(iter(client.run(os.getpid).values())))
                 os.kill(killed[0], signal.SIGKILL)
 
-        batch = cadfit.fit_many(given, 1e-3, executor, progress=kill, effort="fast")
+        batch = cadfit.fit_many(given, 1e-2, executor, progress=kill, effort="fast")
     assert killed
     assert batch.failures == ()
-    assert all(same(fit, cadfit.fit(points, 1e-3, effort="fast")) for fit, points in zip(batch, given, strict=True))
+    assert all(same(fit, cadfit.fit(points, 1e-2, effort="fast")) for fit, points in zip(batch, given, strict=True))
 
 
 @pytest.mark.slow
