@@ -146,7 +146,7 @@ def test_every_link_leads_somewhere(page):
 
 
 def test_every_picture_is_used_and_made_by_an_example_or_a_benchmark():
-    makers = [*ROOT.glob("examples/*.py"), *ROOT.glob("benchmarks/*.py")]
+    makers = [*ROOT.glob("examples/**/*.py"), *ROOT.glob("benchmarks/*.py")]
     code = "\n".join(path.read_text(encoding="utf-8") for path in makers if not path.name.startswith("test_"))
     used = {link for page in ALL for link in links(page) if link.endswith((".png", ".svg"))}
     used = {Path(link).name for link in used}

@@ -1,8 +1,10 @@
 """cadfit in CadQuery: drawn as the host draws, the curve unchanged, never in the way of the host's own."""
 
 import importlib
+import re
 import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +25,7 @@ from cadfit.occt import KernelError  # noqa: E402
 
 OWN = {owner: set(dir(owner)) for owner in (cq.Workplane, cq.Sketch)}  # before any test registers
 
+ROOT = Path(__file__).parents[2]
 SIDES = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
 SQUARE = np.concatenate([a + np.linspace(0, 1, 20, endpoint=False)[:, None] * (b - a) for a, b in pairwise(SIDES)])
 SQUARE = np.concatenate([SQUARE, SQUARE[:1]])
@@ -34,10 +37,10 @@ RING = np.pi * 24 * 12 * 0.75
 PLANES = ["XY", "XZ", "ZY", cq.Plane((3, -2, 7), (1, 2, 0.5), (0.3, -0.2, 1.1))]
 
 
-@pytest.fixture
-def registered():
-    """CadQuery's own classes with cadfit's methods, for one test."""
-    host.register()
+@pytest.fixture(autouse=True)
+def unregistered():
+    """CadQuery's classes as they are on import, before and after a test."""
+    unregister()
     yield
     unregister()
 
@@ -432,7 +435,8 @@ def test_nothing_is_added_on_import():
     assert not any(name in names for name in NAMES for names in OWN.values())
 
 
-def test_register_adds_methods_that_chain(registered):
+def test_register_adds_methods_that_chain():
+    host.register()
     host.register()  # again: nothing changes
     part = cq.Workplane("XZ").fitSpline(OVAL, 0.01, effort="fast", closed=True).close().extrude(5)
     assert type(part) is cq.Workplane
@@ -457,11 +461,29 @@ def test_register_never_replaces_a_method(monkeypatch):
         host.register(["spline"])
 
 
-def test_register_takes_a_choice(registered):
-    unregister()
+def test_register_takes_a_choice():
     host.register(["fitSpline"])
     assert hasattr(cq.Workplane, "fitSpline")
     assert not hasattr(cq.Workplane, "localSpline")
+
+
+# Pages
+
+
+def test_the_readmes_lines_for_cadquery_run(tmp_path, monkeypatch):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    [code] = [block for block in blocks if "cadquery" in block]
+    assert len([line for line in code.splitlines() if line.strip()]) <= 10
+    shown = []
+    monkeypatch.setattr("cadquery.vis.show", shown.append)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    [wing] = shown
+    assert wing.val().isValid()
+    assert len(wing.faces().vals()) == 3
+    again = cq.importers.importStep("wing.step")
+    assert volume(again.val()) == pytest.approx(volume(wing.val()), rel=1e-6)
 
 
 # Errors
