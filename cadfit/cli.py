@@ -36,7 +36,8 @@ def main(arguments: list[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.filterwarnings("default", category=UserWarning)
             warnings.showwarning = _warn
-            return app(arguments, prog_name="cadfit", standalone_mode=False) or 0
+            given = sys.argv[1:] if arguments is None else arguments  # for what names the command that made it
+            return app(arguments, prog_name="cadfit", standalone_mode=False, obj=given) or 0
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except OSError as error:

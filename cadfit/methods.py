@@ -5,9 +5,11 @@ Imported when a command runs, so that `cadfit --help` answers at once.
 
 from __future__ import annotations
 
+import shlex
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,8 @@ from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.files import Curves
 from cadfit.files.facts import summary
+from cadfit.fitting.judging import judged
+from cadfit.fitting.result import Fit
 from cadfit.stages import stage
 
 _OPTIONS = {  # those of each method; the first method that has one of those given is meant where none is named
@@ -28,7 +32,7 @@ _OPTIONS = {  # those of each method; the first method that has one of those giv
 }
 _RULES = {"curve": "at the points; no wiggle between", "polyline": "at the points and between"}
 
-Made = tuple[Curves, dict[str, str]]
+Made = tuple[Curves | Fit, dict[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +72,7 @@ class How:
 
 
 def made(found: Any, how: How, progress: Callable[[float], None] | None = None) -> Made:
-    """Return the curves made from what a file of points holds, and names and values to report.
+    """Return the curves made from what a file of points holds, a `Fit` where not all are met, and what to report.
 
     Raises ValueError for what is not points, and as the methods do.
     """
@@ -92,14 +96,24 @@ def _within(points: Array, how: How, progress: Callable[[float], None] | None) -
         effort="fast" if how.effort == "fast" else "best",
         progress=progress,
     )
-    curves = Curves(fit.curves, fit.closed, fit.deviation)
     said = {
         "points read": str(len(points)),
         "repeats dropped": str(len(fit.cleaned)),
         "tolerance": f"{fit.tolerance:g}, {_RULES[how.between or 'curve']}",
         "corners": str(len(fit.corners)),
     }
-    return curves, said | summary(curves)
+    return fit, said | summary(fit)
+
+
+def write_report(
+    path: Path, source: Path, points: Array, curves: Curves | Fit, how: How, unit: str, command: Sequence[str]
+) -> None:
+    """Write the page of curves made from the points of a file by a command."""
+    from cadfit.report import Entry, write
+
+    fit = curves if isinstance(curves, Fit) else judged(curves.curves, points, how.closed)
+    calls = [shlex.join(["cadfit", *command]), *filter(None, [fit.call])]
+    write([Entry("fit", fit)], path, source.name, unit, calls, source)
 
 
 def corners_of(text: str) -> Any:
@@ -132,8 +146,7 @@ def _dominant(points: Array, how: How, progress: Callable[[float], None] | None)
         _warn_of_corner_at_seam(fit.points)
     dominant = (len(fit.spline.distinct_knots) + (-1 if fit.closed else 4)) // 3
     said = {"points read": str(len(points)), "repeats dropped": str(len(fit.cleaned)), "dominant": str(dominant)}
-    curves = Curves(fit.curves, fit.closed, fit.deviation)
-    return curves, said | summary(curves)
+    return fit, said | summary(fit)
 
 
 def _through(points: Array, how: How, method: str) -> Made:

@@ -203,7 +203,7 @@ MISTAKES = {
     "wrong second output": (["fit", "helix.csv", "-o", "a.json", "-o", "a.foo"], "a.foo: unknown suffix '.foo'"),
     "no folder": (["fit", "helix.csv", "-o", "none/a.json"], "none/a.json: No such file or directory"),
     "onto itself": (["fit", "helix.csv", "-o", "./helix.csv"], "helix.csv: the output would replace the input"),
-    "no output": (["fit", "helix.csv"], "Missing option"),
+    "no output": (["fit", "helix.csv"], "helix.csv: where to? --output says it, or --report"),
     "no input": (["fit"], "Missing argument 'IN...'"),
     "method": (["fit", "helix.csv", "-o", "a.json", "--method", "best"], "Invalid value for '--method'"),
     "tension of local": (

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import typer
+
 from cadfit.commands.many import check_all, fit_all, placed
 from cadfit.commands.options import (
     BetweenPoints,
@@ -18,6 +20,7 @@ from cadfit.commands.options import (
     InUnit,
     Jobs,
     Outs,
+    Page,
     Quiet,
     SquareError,
     Summary,
@@ -26,12 +29,13 @@ from cadfit.commands.options import (
     Verbose,
     Within,
 )
-from cadfit.commands.terminal import Mistake, about, busy, check, report, timed, write_all
+from cadfit.commands.terminal import Mistake, about, busy, check, check_page, report, timed, write_all
 
 
 def fit(
+    context: typer.Context,
     source: Ins,
-    output: Outs,
+    output: Outs = None,
     tolerance: Within = None,
     between: BetweenPoints = None,
     corners: Corners = None,
@@ -46,6 +50,7 @@ def fit(
     file_format: Formats = None,
     jobs: Jobs = None,
     summary: Summary = None,
+    page: Page = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
@@ -55,10 +60,15 @@ def fit(
     of them failed.
     """
     from cadfit.files import read
-    from cadfit.methods import How, made
+    from cadfit.methods import How, made, write_report
 
+    if not output and page is None:
+        raise Mistake(f"{source[0]}: where to? --output says it, or --report for a page to look at")
+    output = output or []
     how = How(method, closed, tension, curvature, tolerance, between, corners, effort, fraction, square_error)
-    targets = placed(source, output, file_format)
+    if len(source) > 1 and page is not None:
+        raise Mistake(f"{page}: --report is for one file, not {len(source)}")
+    targets = placed(source, output, file_format) if output else None
     if len(source) > 1:
         assert targets is not None
         how.check()
@@ -70,6 +80,7 @@ def fit(
     paths = [Path(each) for each in output] if targets is None else targets[0]
     with timed(verbose):
         check(only, paths, "curves")
+        check_page(page, source)
         if targets is not None:
             check_all(source, targets, None)
         with busy(f"reading {only}", quiet) as progress, about(only):
@@ -78,5 +89,7 @@ def fit(
             with about(only):
                 curves, said = made(points, how, progress)
             write_all(only, paths, "curves", curves.dimension, curves, unit)
-        report(str(only), said, paths, quiet)
+            if page is not None:
+                write_report(page, only, points, curves, how, unit.value, context.obj)
+        report(str(only), said, [*paths, *([page] if page else [])], quiet)
     return 0

@@ -54,7 +54,7 @@ Ins = Annotated[
     typer.Argument(metavar="IN...", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False),
 ]
 Outs = Annotated[
-    list[str],
+    list[str] | None,
     typer.Option("-o", "--output", help="Where to: a file, or a folder (out/); may be given several times."),
 ]
 Formats = Annotated[
@@ -65,6 +65,10 @@ Jobs = Annotated[
     int | None, typer.Option("-j", "--jobs", min=1, help="Several files: how many at a time.  [the processors]")
 ]
 Summary = Annotated[Path | None, typer.Option(help="Several files: where to write the table, as .csv.")]
+Page = Annotated[
+    Path | None,
+    typer.Option("--report", help="One file: where to write a page to look at, as .html: curve, deviation, curvature."),
+]
 HowTo = Annotated[
     Method | None,
     typer.Option("--method", help="Default: what the other options ask for, else local: through all points."),

@@ -32,6 +32,18 @@ def check(source: Path, outputs: list[Path], kind: Kind, dimension: int | None =
             raise Mistake(f"{path}: the output would replace the input")
 
 
+def check_page(page: Path | None, sources: list[Path]) -> None:
+    """Refuse a page that is no .html, would replace an input, or has no folder, before any work is done."""
+    if page is None:
+        return
+    if page.suffix.lower() not in (".html", ".htm"):
+        raise Mistake(f"{page}: a report is a .html")
+    if any(page.exists() and source.exists() and page.samefile(source) for source in sources):
+        raise Mistake(f"{page}: the report would replace the input")
+    if not page.parent.is_dir():
+        raise Mistake(f"{page}: no such folder for the report")
+
+
 def write_all(source: Path, outputs: list[Path], kind: Kind, dimension: int, result: Any, unit: Unit) -> None:
     """Write a result to all outputs, after the checks of `check`."""
     from cadfit.files import write

@@ -9,6 +9,7 @@ import numpy as np
 from cadfit.bezier import Array, evaluate
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.files.curves import Curves
+from cadfit.fitting.result import Fit
 
 
 def facts(found: Any) -> dict[str, str]:
@@ -51,7 +52,7 @@ def _of_curves(found: Curves) -> dict[str, str]:
     }
 
 
-def summary(found: Curves) -> dict[str, str]:
+def summary(found: Curves | Fit) -> dict[str, str]:
     """Return the few facts to report of curves just made."""
     curves = found.curves
     said = {

@@ -52,6 +52,11 @@ class Fit:
         return _again, tuple(getattr(self, field.name) for field in fields(self))
 
     @property
+    def dimension(self) -> int:
+        """The number of coordinates."""
+        return int(self.points.shape[1])
+
+    @property
     def poles(self) -> int:
         """The number of poles of all curves, each curve's ends counted with it."""
         return sum(len(curve.poles) for curve in self.curves)
