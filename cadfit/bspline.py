@@ -65,6 +65,11 @@ class BSpline:
         n, d = self.poles.shape
         return f"BSpline({n} poles in {d}D, {spans} span{'s'[: spans > 1]}, u in [{low}, {high}])"
 
+    def _repr_html_(self) -> str:
+        from cadfit.report.notebook import html_of_spline
+
+        return html_of_spline(self)
+
     def __reduce__(self) -> tuple[type[BSpline], tuple[Array, Array]]:
         return BSpline, (self.poles, self.knots)
 

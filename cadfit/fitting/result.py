@@ -48,6 +48,11 @@ class Fit:
         curves = f"{len(self.curves)} curve{'s'[: len(self.curves) > 1]}"
         return f"Fit({kind}, {curves}, {self.poles} poles for {len(self.points)} points, deviation {far:.3g})"
 
+    def _repr_html_(self) -> str:
+        from cadfit.report.notebook import html_of_fit
+
+        return html_of_fit(self)
+
     def __reduce__(self) -> tuple[Callable[..., Fit], tuple[Any, ...]]:
         return _again, tuple(getattr(self, field.name) for field in fields(self))
 
