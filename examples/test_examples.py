@@ -168,6 +168,17 @@ def test_tube(tmp_path):
     assert shows(tmp_path / "tube.png", VERMILION, 2000)
 
 
+def test_sweeps(tmp_path):
+    pytest.importorskip("manifold3d")
+    found = example("sweeps")(tmp_path)
+    assert list(found) == ["harness", "spring", "trefoil", "duct", "rail", "bend"]
+    assert all(said["watertight"] for said in found.values())
+    assert all(trimesh.load_mesh(path).is_watertight for path in tmp_path.glob("*.stl"))
+    assert len(list(tmp_path.glob("harness*.stl"))) == 3
+    assert 0 < found["bend"]["volume"] < 103.75  # what the bend would have twice is there once
+    assert shows(tmp_path / "sweeps.png", (255, 255, 255), 1000)
+
+
 def test_paper_experiments(tmp_path):
     found = example("paper_experiments")(tmp_path)
     for number in (1, 2, 3, 4):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import trimesh
-from selfcrossing import crossing_faces
 
 from cadfit import BSpline, Profile, cardinal_spline, local_spline, polyline, sweep, tube
 from cadfit.sweeping.selfintersection import SelfIntersectionError, SelfIntersectionWarning
+
+from selfcrossing import crossing_faces
 
 KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
 BAR = np.array([[-0.3, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.3, 0.15]])

@@ -107,7 +107,9 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
     slabs = np.concatenate([rings[:-1], rings[1:]], axis=1)
     low, high = slabs.min(axis=1), slabs.max(axis=1)
     i, j = steps[((low[steps[:, 0]] <= high[steps[:, 1]]) & (low[steps[:, 1]] <= high[steps[:, 0]])).all(axis=1)].T
-    triangles = _wall_triangles(rings)
+    used, numbers = np.unique(np.stack([i, j]), return_inverse=True)
+    i, j = numbers.reshape(2, -1)
+    triangles = _wall_triangles(rings[used], rings[used + 1])
     lowest, highest = triangles.min(axis=2), triangles.max(axis=2)
     found = []
     chunk = max(1, _AT_ONCE // triangles.shape[1])
@@ -120,7 +122,7 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
         ends = a[pair], first, b[pair], second
         meet = ((lowest[ends[:2]] <= highest[ends[2:]]) & (lowest[ends[2:]] <= highest[ends[:2]])).all(axis=1)
         hit = crossing(*(triangles[ends[k][meet], ends[k + 1][meet]] for k in (0, 2)))
-        found.append(np.column_stack([a, b])[np.unique(pair[meet][hit])])
+        found.append(used[np.column_stack([a, b])[np.unique(pair[meet][hit])]])
     both = np.concatenate(found) if found else np.empty((0, 2), dtype=np.intp)
     middles = 0.5 * (rings[1:] + rings[:-1]).mean(axis=1)
     apart = np.linalg.norm(middles[both[:, 0]] - middles[both[:, 1]], axis=1)
@@ -168,8 +170,8 @@ def _shared_out(counts: Ints) -> tuple[Ints, Ints]:
     return owner, np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
 
 
-def _wall_triangles(rings: Array) -> Array:
-    """Return the triangles (n - 1, 2 k, 3, 3) between rings (n, k, 3)."""
-    a, c = rings[:-1], rings[1:]
-    b, d = np.roll(a, -1, axis=1), np.roll(c, -1, axis=1)
+def _wall_triangles(first: Array, second: Array) -> Array:
+    """Return the triangles (n, 2 k, 3, 3) between rings (n, k, 3) and the next."""
+    a, b = first, np.roll(first, -1, axis=1)
+    c, d = second, np.roll(second, -1, axis=1)
     return np.concatenate([np.stack([a, b, d], axis=2), np.stack([a, d, c], axis=2)], axis=1)

@@ -21,7 +21,7 @@ from cadfit.sweeping.course import Course, Joint, course_of
 from cadfit.sweeping.frames import lifted
 from cadfit.sweeping.judging import crossings
 from cadfit.sweeping.laws import Law as Law
-from cadfit.sweeping.laws import is_number, largest, law_of, smallest
+from cadfit.sweeping.laws import is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
 from cadfit.sweeping.repair import united
 from cadfit.sweeping.rings import Rings, Short, placed
@@ -196,8 +196,13 @@ def _grown(rings: Rings, section: Section, course: Course, tolerance: float) -> 
 
 
 def _untwisted(course: Course, section: Section, tolerance: float) -> tuple[Section, Rings, list[Short]]:
-    """Return the section with its edges cut so that no wall is twisted by more than the tolerance, and its rings."""
+    """Return the section with its edges cut so that no wall is twisted by more than the tolerance, and its rings.
+
+    A circle's need none: turned about its centre it is itself.
+    """
     rings, short = placed(course, section, _SHARE * tolerance)
+    if section.outside > 1.0 or (course.steady and is_constant(section.twist)):
+        return section, rings, short
     cuts = _cuts(rings, section.loops, course.closed, _TWISTED * tolerance)
     if max(int(cut.max()) for cut in cuts) > 1:
         loops = [_cut_edges(loop, cut) for loop, cut in zip(section.loops, cuts, strict=True)]
@@ -216,8 +221,10 @@ def _cuts(rings: Rings, loops: Sequence[Array], closed: bool, spare: float) -> l
     found, start = [], 0
     for n in map(len, loops):
         edges = np.roll(points[:, start : start + n], -1, axis=1) - points[:, start : start + n]
-        across = np.cross(points[1:, start : start + n] - points[:-1, start : start + n], edges[:-1])
-        sizes = np.linalg.norm(across, axis=2)
+        steps = points[1:, start : start + n] - points[:-1, start : start + n]
+        across = np.cross(steps, edges[:-1])
+        advances = np.einsum("nkd,nd->nk", steps, rings.tangents[: len(steps)]) > 0.0
+        sizes = np.where(advances & np.roll(advances, -1, axis=1), np.linalg.norm(across, axis=2), np.inf)
         astray = np.abs(np.einsum("nkd,nkd->nk", edges[1:] - edges[:-1], across)) / np.where(sizes > 0, sizes, 1.0)
         found.append(np.maximum(np.ceil(0.25 * astray.max(axis=0) / spare - 1e-9), 1).astype(np.intp))
         start += n
