@@ -210,6 +210,38 @@ def test_guide(tmp_path):
     assert shows(tmp_path / "guide_corners.png", VERMILION, 100)
 
 
+def test_build123d_cases(tmp_path):
+    pytest.importorskip("build123d")
+    found = example("build123d_cases")(tmp_path)
+    host, ours, lighter = found["circle"].values()
+    assert host["between"] > 100 * 0.01, "the host's curve shoots off and says it is done"
+    assert host["length"] > 10 * 2 * np.pi * 50
+    assert ours["at points"] <= 0.01
+    assert ours["between"] < 0.05
+    assert ours["poles"] < host["poles"]
+    assert lighter["poles"] <= 11
+    assert lighter["length"] == pytest.approx(2 * np.pi * 50, rel=1e-3)
+    host, local, _ = found["local"].values()
+    assert host["overshoot"] > 10.0
+    assert local["overshoot"] < 0.2
+    assert local["felt far off"] < 1e-6
+    through, approximated, fitted = found["airfoil"].values()
+    assert through["inflections"] > 20
+    assert fitted["inflections"] == 1, "the lower side turns hollow once, and nothing wiggles"
+    assert fitted["poles"] < approximated["poles"] / 2
+    assert fitted["at points"] <= 0.02
+    host, ours = found["tube"].values()
+    assert not host["valid read back"]
+    assert ours["valid"]
+    assert ours["valid read back"]
+    assert ours["volume"] == pytest.approx(1.0, abs=1e-3)
+    assert ours["volume read back"] == pytest.approx(1.0, abs=1e-3)
+    for name in ("circle", "local", "airfoil"):
+        assert shows(tmp_path / f"case_{name}.png", BLUE, 200)
+        assert shows(tmp_path / f"case_{name}.png", VERMILION, 200)
+    assert shows(tmp_path / "case_tube.png", BLUE, 500)
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in HERE.glob("*.py")} - {Path(__file__).stem} <= tested
