@@ -19,7 +19,9 @@ Example::
 
 try:
     import build123d  # noqa: F401
-except ImportError as error:
+except ModuleNotFoundError as error:
+    if error.name != "build123d":  # it is there, and what it needs is not
+        raise
     raise ImportError("cadfit.build123d needs build123d: pip install 'cadfit[build123d]'") from error
 
 from cadfit.build123d.lines import CardinalSpline, FitSpline, LocalSpline

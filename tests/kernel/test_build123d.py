@@ -13,8 +13,11 @@ import sys
 
 import numpy as np
 import pytest
+import trimesh
 
 b3d = pytest.importorskip("build123d", reason="needs build123d: install cadfit[build123d]")
+
+import ezdxf
 
 import cadfit
 from cadfit.build123d import (
@@ -159,7 +162,7 @@ def test_a_tube_in_every_mode():
     assert part.part.volume == pytest.approx(27000 - tube.volume, rel=1e-6)
     hollow = FitTube([(0, 0, 0), (0, 0, 5)], 1.0, 0.001, thickness=0.25)
     assert hollow.volume == pytest.approx(np.pi * (1 - 0.75**2) * 5, rel=1e-3)
-    with pytest.raises(ValueError, match=r"no tube: .* bends more tightly"):
+    with pytest.raises(ValueError, match=r"no tube: .* a radius below"):
         FitTube(RING / 5, 1.5, 0.001, closed=True)
 
 
@@ -263,6 +266,77 @@ def test_errors_show_through_builders(builder):
         made[builder]([(0, 0), (1, 0), (1, float("inf"))], 0.1)
     with pytest.raises(RuntimeError, match="doesn't have a FitTube"), b3d.BuildLine():  # the host's own words
         FitTube([(0, 0), (1, 1)], 0.1, 0.1)
+
+
+# The same edge
+
+
+def outline():
+    """An outline with a corner, and the face inside it."""
+    turn = np.linspace(0, 1.5 * np.pi, 80)
+    arc = 20 * np.column_stack([np.cos(turn), np.sin(turn)])
+    drawn = FitSpline([*arc, (0, 0), arc[0]], 0.01, corners=[0, 79, 80], closed=True, effort="fast")
+    assert len(drawn.fit.curves) == 3
+    return drawn
+
+
+def test_poles_and_knots_reach_the_kernel_unchanged():
+    near = np.nextafter(1.0, 2.0) + 1e-9  # the host's own make_bspline would merge these knots
+    spline = cadfit.BSpline(np.random.default_rng(0).normal(size=(6, 3)), [0, 0, 0, 0, 1, near, 2, 2, 2, 2])
+    assert np.array_equal(from_edge(to_edge(spline)).knots, spline.knots)
+    drawn = outline()
+    for edge, curve in zip(drawn.edges(), drawn.fit.curves, strict=True):
+        assert np.array_equal(from_edge(edge).poles[:, :2], curve.poles)
+        assert np.array_equal(from_edge(edge).knots, curve.knots)
+        assert edge.geom_adaptor().Continuity().name in ("GeomAbs_C2", "GeomAbs_CN")
+    ring = FitSpline(RING, 0.01, closed=True, effort="fast")
+    assert [ring.edge().is_closed, ring.is_closed, ring.is_valid] == [True, True, True]
+    with b3d.BuildSketch(b3d.Plane.XZ):
+        with b3d.BuildLine():
+            inner = FitSpline(RING, 0.01, closed=True, effort="fast")
+        b3d.make_face()
+    assert np.array_equal(from_edge(inner.edge()).poles[:, :2], inner.fit.spline.poles)
+
+
+def test_step_there_and_back(tmp_path):
+    drawn = outline()
+    b3d.export_step(drawn, tmp_path / "outline.step")
+    back = [from_edge(edge) for edge in b3d.import_step(tmp_path / "outline.step").edges()]
+    assert len(back) == 3
+    for curve in drawn.fit.curves:
+        near = [each for each in back if len(each.poles) == len(curve.poles)]
+        assert min(np.abs(each.poles[:, :2] - curve.poles).max() for each in near) < 1e-9
+    part = b3d.extrude(b3d.make_face(drawn), 5)
+    b3d.export_step(part, tmp_path / "part.step")
+    again = b3d.import_step(tmp_path / "part.step")
+    assert again.is_valid
+    assert again.volume == pytest.approx(part.volume, rel=1e-9)
+
+
+def test_meshes_there_and_back(tmp_path):
+    part = b3d.extrude(b3d.make_face(outline()), 5)
+    b3d.export_stl(part, tmp_path / "part.stl", tolerance=0.01, angular_tolerance=0.05)
+    mesh = trimesh.load_mesh(tmp_path / "part.stl")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(0.75 * np.pi * 400 * 5, rel=2e-3)
+
+
+def test_drawings_there_and_back(tmp_path):
+    drawn = outline()
+    svg = b3d.ExportSVG()
+    svg.add_shape(drawn)
+    svg.write(tmp_path / "outline.svg")
+    (face,) = b3d.make_face(b3d.import_svg(tmp_path / "outline.svg")).faces()
+    assert face.area == pytest.approx(0.75 * np.pi * 400, rel=2e-3)
+    dxf = b3d.ExportDXF()
+    dxf.add_shape(drawn)
+    dxf.write(tmp_path / "outline.dxf")
+    splines = [*ezdxf.readfile(tmp_path / "outline.dxf").modelspace().query("SPLINE")]
+    whole = cadfit.join(drawn.fit.curves)  # the host writes other poles for the same curve
+    for spline in splines:
+        places = np.array([tuple(place)[:2] for place in spline.flattening(0.001)])
+        assert whole.nearest(places)[1].max() < 1e-6
+    assert len(splines) == 3
 
 
 # Types and pages
