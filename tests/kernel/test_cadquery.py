@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import cadfit
 
@@ -465,6 +466,48 @@ def test_register_takes_a_choice():
     host.register(["fitSpline"])
     assert hasattr(cq.Workplane, "fitSpline")
     assert not hasattr(cq.Workplane, "localSpline")
+
+
+# Exports
+
+
+@pytest.fixture(scope="module")
+def ring():
+    return host.fit_profile(OVAL, 0.01, [OVAL / 2], effort="fast")
+
+
+def test_step_keeps_poles_and_knots(tmp_path):
+    fit = cadfit.fit(SQUARE * 7.3, 0.01, effort="fast")
+    cq.exporters.export(cq.Workplane(obj=host.to_wire(fit)), str(tmp_path / "wire.step"))
+    back = [host.from_edge(edge) for edge in cq.importers.importStep(str(tmp_path / "wire.step")).edges().vals()]
+    assert len(back) == len(fit.curves)
+    for curve in fit.curves:
+        same = min(back, key=lambda other: np.abs(other.poles[0, :2] - curve.poles[0]).max())
+        assert np.abs(same.poles[:, :2] - curve.poles).max() < 1e-11
+        assert np.abs(same.knots - curve.knots).max() < 1e-11
+
+
+def test_solids_come_back_from_step_and_stl(tmp_path, ring):
+    part = cq.Workplane("XZ").invoke(ring).extrude(5)
+    for name in ("part.step", "part.stl"):
+        cq.exporters.export(part, str(tmp_path / name), tolerance=0.001, angularTolerance=0.02)
+    again = cq.importers.importStep(str(tmp_path / "part.step")).val()
+    assert again.isValid()
+    assert volume(again) == pytest.approx(volume(part.val()), rel=1e-7)
+    mesh = trimesh.load_mesh(tmp_path / "part.stl")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(volume(part.val()), rel=1e-3)
+
+
+def test_dxf_and_svg_hold_the_outline(tmp_path, ring):
+    drawn = cq.Workplane().invoke(ring)
+    cq.exporters.export(cq.Workplane(obj=host.to_face(ring.fits[0], ring.fits[1:])), str(tmp_path / "ring.dxf"))
+    face = cq.importers.importDXF(str(tmp_path / "ring.dxf")).faces().val()
+    assert face.isValid()
+    assert len(face.innerWires()) == 1
+    assert volume(cq.Workplane(obj=face).wires().toPending().extrude(1).val()) == pytest.approx(RING, rel=2e-3)
+    cq.exporters.export(drawn.extrude(1), str(tmp_path / "ring.svg"), opt={"projectionDir": (0, 0, 1)})
+    assert (tmp_path / "ring.svg").read_text(encoding="utf-8").count("<path") >= 2
 
 
 # Pages
