@@ -1,16 +1,17 @@
 """What CadQuery makes of fitted curves: faces, solids, offsets, fillets, lofts and sweeps of real ones, counted.
 
 A few curves of each family of the corpus, scaled to a size of 100 and fitted within 0.1. Closed plane curves become
-profiles, the others paths. A shape counts where the kernel finds it valid and its area or volume, where one is known, is
-what the curve's own pieces say. Each step has its own process, for the kernel may crash or never end.
+profiles, the others paths. A shape counts where the kernel finds it valid and its area or volume, where known, is what
+the curve's own pieces say. Each step has its own process, for the kernel may crash or never end.
 
-    .venv-cadquery/bin/python benchmarks/cadquery_shapes.py [curves of each family]
+    .venv-cadquery/bin/python benchmarks/cadquery_shapes.py [curves of each family] [seconds]
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
@@ -147,12 +148,20 @@ def tried(make, fit):
         return f"{type(error).__name__}: {str(error)[:70]}"
 
 
-def main(each=10):
+def main(each=10, seconds=3600):
     if not PRESENT:
         print(ABSENT)
         return
     good, total, wrong = Counter(), Counter(), defaultdict(Counter)
-    for parameter in curves(int(each), 1000):
+    end = time.monotonic() + float(seconds)
+    found, seen = [], Counter()
+    for parameter in curves(int(each), 1000):  # the first of each family, then the second, ..., as far as the time goes
+        family = parameter.id.split("-")[0]
+        found.append((seen[family], len(found), parameter))
+        seen[family] += 1
+    for _, _, parameter in sorted(found):
+        if time.monotonic() > end:
+            break
         shape = parameter.values[0]
         points = (shape.points - shape.points.mean(axis=0)) * (SIZE / shape.size)
         fit, _ = limited(PATIENCE, fitted, points, shape.closed)

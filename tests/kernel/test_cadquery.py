@@ -170,6 +170,7 @@ def test_tangents_turn_with_what_they_belong_to():
 # Edges and wires refitted
 
 
+@pytest.mark.slow
 def test_edges_and_wires_are_refitted_lighter_where_they_are():
     heavy = cq.Workplane("XZ", origin=(0, 5, 0)).spline([tuple(p) for p in turn(200, 10.0)], periodic=True)
     for light in (
@@ -283,6 +284,7 @@ def test_a_profile_is_drawn_at_each_point_of_the_stack(plane):
         assert middle.toTuple() == pytest.approx((*place, 1.0), abs=0.1)  # the kernel's centres are rough
 
 
+@pytest.mark.slow
 def test_profiles_revolve_sweep_loft_and_offset():
     ring = host.Workplane("XZ").center(60, 0).fitProfile(OVAL, 0.01, effort="fast")
     torus = ring.revolve(360, (-60, 0), (-60, 1)).val()
@@ -389,6 +391,7 @@ def test_a_tube_joins_or_cuts_what_is_there():
     assert host.fit_tube(OVAL, 1.0, 0.01, closed=True, effort="fast").isValid()
 
 
+@pytest.mark.slow
 def test_a_tube_too_thick_for_its_path_is_an_error_that_says_where():
     with pytest.raises(KernelError, match=r"near \(.*a radius below 8"):
         host.fit_tube(HELIX, 20.0, 0.01, effort="fast")
@@ -487,6 +490,7 @@ def test_step_keeps_poles_and_knots(tmp_path):
         assert np.abs(same.knots - curve.knots).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_solids_come_back_from_step_and_stl(tmp_path, ring):
     part = cq.Workplane("XZ").invoke(ring).extrude(5)
     for name in ("part.step", "part.stl"):
@@ -513,6 +517,7 @@ def test_dxf_and_svg_hold_the_outline(tmp_path, ring):
 # Pages
 
 
+@pytest.mark.slow
 def test_the_readmes_lines_for_cadquery_run(tmp_path, monkeypatch):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     [code] = [block for block in blocks if "cadquery" in block]
