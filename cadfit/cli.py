@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from cadfit.commands.compare import compare
 from cadfit.commands.fit import fit
 from cadfit.commands.info import info
 from cadfit.commands.sweep import sweep
@@ -70,7 +71,7 @@ def _top(
         print(context.get_help())
 
 
-for command in (fit, tube, sweep, info, toolpath):
+for command in (fit, compare, tube, sweep, info, toolpath):
     app.command()(command)
 
 if __name__ == "__main__":

@@ -325,11 +325,13 @@ class Scene {
   drawWorst(entry) {
     const { pen } = this;
     const [x, y] = this.pixelOf(this.data.sets[entry.set].at[entry.worst.shown]);
-    pen.strokeStyle = INK;
+    const several = this.data.entries.length > 1;
+    pen.strokeStyle = several ? entry.colour : INK;
     pen.lineWidth = 1.6;
     pen.beginPath();
     pen.arc(x, y, 8, 0, 7);
     pen.stroke();
+    if (several) return;
     const right = x < this.width - 170;
     label(pen, `farthest point: ${words(entry.worst.off, 3)}`, x + (right ? 12 : -12), y - 10, INK, right ? "left" : "right");
   }
