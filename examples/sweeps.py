@@ -75,13 +75,15 @@ def bend():
 
 def draw(ax, meshes, colour):
     base = np.array(plt.matplotlib.colors.to_rgb(colour))
+    size = max(mesh.scale for mesh in meshes)
     for mesh in meshes:
+        mesh = mesh.copy().subdivide_to_size(size / 25)  # matplotlib sorts triangles by their middles: no long ones
         shade = 0.45 + 0.55 * np.clip(mesh.face_normals @ LIGHT, 0.0, 1.0)[:, None]
         ax.add_collection3d(Poly3DCollection(mesh.triangles, facecolors=np.clip(base * shade, 0, 1), linewidths=0))
     bounds = np.array([np.min([m.bounds[0] for m in meshes], axis=0), np.max([m.bounds[1] for m in meshes], axis=0)])
     for set_limits, (low, high) in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), bounds.T, strict=True):
         set_limits(low, high)
-    ax.set_box_aspect(np.ptp(bounds, axis=0), zoom=1.0 if meshes[0].extents.argmax() == 2 else 1.25)
+    ax.set_box_aspect(np.ptp(bounds, axis=0), zoom=1.0)
     ax.set_axis_off()
 
 
