@@ -20,6 +20,7 @@ ALL = [ROOT / "README.md", *PAGES]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 NEEDS = {  # the module that a block needs, by what is in it
     "build123d": r"build123d",
+    "ocp_vscode": r"ocp_vscode",
     "cadquery": r"cadquery",
     "OCP": r"\.(step|stp|brep)\b|\bocct\b",
     "ezdxf": r"ezdxf|\.dxf\b",

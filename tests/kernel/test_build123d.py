@@ -10,6 +10,8 @@ import inspect
 import pydoc
 import re
 import sys
+import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,6 +35,7 @@ from cadfit.build123d import (
     to_wire,
 )
 
+ROOT = Path(__file__).parents[2]
 TURN = np.linspace(0, 2 * np.pi, 60, endpoint=False)
 RING = np.column_stack([5 * np.cos(TURN), 3 * np.sin(TURN)])
 ARC = np.column_stack([TURN, np.sin(TURN)])
@@ -417,3 +420,24 @@ def test_without_the_host_the_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "build123d", None)
     with pytest.raises(ImportError, match=r"pip install 'cadfit\[build123d\]'"):
         importlib.import_module("cadfit.build123d")
+
+
+def test_the_readmes_lines_end_in_the_viewer(tmp_path, monkeypatch):
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    [code] = [block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "cadfit.build123d" in block]
+    assert len([line for line in code.splitlines() if line.strip()]) <= 14
+    shown = []
+    monkeypatch.setitem(sys.modules, "ocp_vscode", types.SimpleNamespace(show=shown.append))
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(code, names)
+    assert shown == [names["wing"]]
+    part = b3d.import_step(tmp_path / "wing.step")
+    assert part.is_valid
+    assert names["outline"].fit.poles <= 15
+    section = names["outline"].fit.points
+    x, y = section.T
+    assert pytest.approx(300) == part.bounding_box().size.Y
+    area = abs(0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    assert max(face.area for face in part.faces().filter_by(b3d.Axis.Y)) == pytest.approx(area, rel=1e-2)
