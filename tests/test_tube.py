@@ -274,6 +274,16 @@ def test_tight_bends_are_reported():
     assert mesh.is_watertight
 
 
+def test_a_bend_at_the_very_end_is_within_the_path():
+    low, high = 59.71, 70.8352977051914
+    while low + (high - low) <= high:  # in exact numbers they are equal
+        high = np.nextafter(high, np.inf)
+    poles = [[0, 0, 0], [20, 0, 0], [60, 0, 0], [100, 0, 0], [100.5, 0.5, 0]]
+    path = BSpline(poles, [0, 0, 0, 0, low, *[high] * 4])
+    with pytest.warns(UserWarning, match=r"bends there with a radius of 0\.1"):
+        tube(path, 2.0)
+
+
 def test_a_cusp_is_reported_and_still_closed():
     path = BSpline([[0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, 0]], KNOTS)
     assert tightest(chain(path), 0.1)[1] == 0.0  # in the middle of a span

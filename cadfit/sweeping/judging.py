@@ -45,6 +45,7 @@ def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float) -> 
     backward where k . d is above 1. A path bounded to bend less than 1 / reach is not looked at more closely.
     """
     at, tight = tightest(whole, reach)
+    at = min(at, path.domain[1])  # a bend at the very end may be rounded beyond it
     if tight > reach:
         return []
     if tight == 0.0:

@@ -94,6 +94,7 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     if len(breaks(whole, path.closed)[0]):
         return None
     u, bend = tightest(whole, radius)
+    u = min(u, path.domain[1])  # a bend at the very end may be rounded beyond it
     found = [Crossing("bend" if bend > 0.0 else "cusp", u, path(u), radius, bend)] if bend <= radius else []
     points, tangents = stationed(whole, radius, 0.5 * wanted.tolerance)
     wanted.progress(0.3)
