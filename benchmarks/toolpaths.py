@@ -1,4 +1,4 @@
-"""Programs of the corpus' kinds refitted at 0.05 and 0.01 mm: moves before and after, and what a controller makes of it.
+"""Programs of the corpus' kinds refitted at 0.05 and 0.01 mm: moves before and after, and what a controller does.
 
 Perimeters of sliced meshes, passes of a ball-end mill over meshes (in X and Z), a milled figure, letters engraved at a
 height of 10 mm, sections of meshes in their own size, and two made curves. "off" is the largest distance between the
@@ -14,8 +14,9 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from rich.progress import track
 
-from cadfit.toolpaths.refit import refit
+from cadfit.toolpaths import refit
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from controller import compare
@@ -96,12 +97,13 @@ def table(tolerances=(0.05, 0.01)):
     programs = [*made(), *(real() if PRESENT else [])]
     parts = [] if PRESENT else [ABSENT]
     for tolerance in tolerances:
-        print(f"{tolerance} mm", file=sys.stderr)
         parts.append(
-            f"\n| {tolerance} mm | moves | fast | fewer | takes | best | fewer | takes | bound | off | least radius | length |\n"
-            "| --- |" + " ---: |" * 11
+            f"\n| {tolerance} mm | moves | fast | fewer | takes | best | fewer | takes "
+            "| bound | off | least radius | length |\n| --- |" + " ---: |" * 11
         )
-        parts += [row(name, text, tolerance) for name, text in programs]
+        for name, text in track(programs, f"at {tolerance} mm", disable=None):
+            parts.append(row(name, text, tolerance))
+            print(parts[-1], file=sys.stderr)
     return "\n".join(parts)
 
 

@@ -179,6 +179,17 @@ def test_sweeps(tmp_path):
     assert shows(tmp_path / "sweeps.png", (255, 255, 255), 1000)
 
 
+def test_toolpath(tmp_path):
+    found = example("toolpath")(tmp_path)
+    assert found["moves"][0] >= 4 * found["moves"][1]
+    assert found["deviation"] <= 0.02
+    assert found["arcs"] > 50
+    assert found["kink after"] < 0.02 < 4.0 < found["kink before"]
+    assert found["speed after"] > 2 * found["speed before"]
+    assert (tmp_path / "engraved.nc").is_file()
+    assert shows(tmp_path / "toolpath.png", VERMILION, 1000)
+
+
 def test_paper_experiments(tmp_path):
     found = example("paper_experiments")(tmp_path)
     for number in (1, 2, 3, 4):

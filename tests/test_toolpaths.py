@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cadfit.cli import main
-from cadfit.toolpaths.refit import refit
+from cadfit.toolpaths import moves, refit
 
 from controller import Fault, compare, farthest, run
 
@@ -280,3 +280,16 @@ def test_best_takes_fewer_arcs(tmp_path):
     text = HEAD + program(flower()) + FOOT
     fast, best = (refitted(text, tmp_path, effort=effort)[1] for effort in ("fast", "best"))
     assert best.moves[1] < 0.75 * fast.moves[1]
+
+
+def test_the_program_as_it_is_read(tmp_path):
+    source = tmp_path / "in.nc"
+    source.write_text("G21 G90 G17\nG0 X0 Y0 Z0\nG2 X10 Y0 I5 J0 F90\nG3 X10 Y0 Z-2 I-5\nG18 G2 X14 Z0 R4\nG1 X15\n")
+    half, helix, up, line = moves(source)
+    assert (half.arc.centre, half.arc.radius, half.feed) == ((5.0, 0.0), 5.0, 90.0)
+    assert half.arc.sweep == pytest.approx(-np.pi)
+    assert helix.arc.sweep == pytest.approx(2 * np.pi)
+    assert helix.length == pytest.approx(np.hypot(10 * np.pi, 2))
+    assert up.arc.plane == 18
+    assert line.arc is None
+    assert line.length == 1.0

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_toolpaths import FOOT, HEAD, flower, program
 
-from cadfit.toolpaths.refit import refit
+from cadfit.toolpaths import refit
 
 from controller import Fault, compare
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from test_toolpaths import FOOT, HEAD, flower, program
 
-from cadfit.toolpaths.refit import refit
+from cadfit.toolpaths import refit
 
 from controller import compare
 

@@ -13,7 +13,7 @@ from cadfit.commands.options import Effort, Quiet
 from cadfit.commands.terminal import Mistake, about, busy, report
 
 if TYPE_CHECKING:
-    from cadfit.toolpaths.refit import Summary
+    from cadfit.toolpaths import Summary
 
 
 class Words(StrEnum):
@@ -43,7 +43,7 @@ def toolpath(
     quiet: Quiet = False,
 ) -> None:
     """Refit the cutting moves of a G-code program with few lines and curves, and leave everything else as it is."""
-    from cadfit.toolpaths.refit import refit
+    from cadfit.toolpaths import refit
 
     if output.exists() and source.exists() and output.samefile(source):
         raise Mistake(f"{output}: the output would replace the input")

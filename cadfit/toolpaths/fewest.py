@@ -9,6 +9,7 @@ from cadfit.toolpaths.biarcs import Piece, Rules, written_arc
 from cadfit.toolpaths.cover import Step, cut_at
 
 _FITTED = 0.1  # of the tolerance: the curve passes the vertices within that
+_MOST_POLES = 60  # of the curve: with more, or on a rough path, the search for arcs takes minutes
 _USED = 0.97  # of what the curve leaves of the tolerance: rounding takes some
 
 
@@ -22,7 +23,7 @@ def fewest(points: Array, tolerance: float, rules: Rules, exact: tuple[bool, boo
     try:
         curve = fit(points, _FITTED * tolerance, closed=False, corners=None, effort="fast")
         off = max(curve.deviation.points, curve.deviation.between)
-        if off >= 0.8 * tolerance:
+        if off >= 0.8 * tolerance or curve.poles > min(len(points) // 2, _MOST_POLES):
             return None
         found = arcs(curve, _USED * (tolerance - off), decimals=rules.decimals, max_radius=rules.largest_radius)
     except ValueError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import dist, inf, pi, radians
 from os import PathLike
@@ -15,12 +15,12 @@ from cadfit.replacing import replacing
 from cadfit.toolpaths.biarcs import Rules
 from cadfit.toolpaths.klartext import Klartext
 from cadfit.toolpaths.machine import Machine, Move
+from cadfit.toolpaths.reading import blocks
 from cadfit.toolpaths.runs import Cut, Run, arcs, splines
 from cadfit.toolpaths.splines import control_points, ends, polynomials
-from cadfit.toolpaths.words import Block, parse, refuse
+from cadfit.toolpaths.words import Block
 from cadfit.toolpaths.writing import State, Writer
 
-_LONGEST_LINE = 10_000  # characters
 _LARGEST_RADIUS = 1e4  # millimetres; what is flatter becomes a line
 _REPORT_EVERY = 4096  # lines
 
@@ -87,7 +87,7 @@ def refit(
     with path.open("rb") as program, replacing(Path(target)) as beside, beside.open("wb") as out:
         job = _Job(out, _How(tolerance, corner, decimals, curves, effort == "best"))
         size = max(path.stat().st_size, 1)
-        for block in _blocks(program):
+        for block in blocks(program):
             job.take(block)
             if progress is not None and block.line % _REPORT_EVERY == 0:
                 progress(min(job.summary.bytes[0] / size, 1.0))
@@ -96,21 +96,6 @@ def refit(
             job.write(line)
         job.summary.kept = job.machine.unknown
     return job.summary
-
-
-def _blocks(program: IO[bytes]) -> Iterator[Block]:
-    """Read lines; a program that % opens must be closed by another."""
-    marks, line = 0, 0
-    while raw := program.readline(_LONGEST_LINE):
-        line += 1
-        if len(raw) == _LONGEST_LINE:
-            refuse(line, f"longer than {_LONGEST_LINE} characters: is this a file of G-code?")
-        block = parse(line, raw.decode("utf-8", "surrogateescape"))
-        if block.opaque and block.text.lstrip().startswith("%"):
-            marks += 1
-        yield block
-    if marks == 1:
-        refuse(line, "the file begins with % and does not end with it: it is cut short")
 
 
 class _How(NamedTuple):
