@@ -49,7 +49,7 @@ def promise(fit, points, closed, corners=(), between="curve", per_chord=80):
         assert np.all(np.diff(u) >= 0)
         assert (u[0], u[-1]) == (low, high)
     beyond = -np.inf
-    stretches = cadfit.fitting.approximate._stretches(n, np.asarray(corners, dtype=int), closed)
+    stretches = cadfit.fitting.approximate.stretches(n, np.asarray(corners, dtype=int), closed)
     for rows in stretches:
         whole = closed and len(corners) == 0
         part = points[rows]
