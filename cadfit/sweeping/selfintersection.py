@@ -63,19 +63,17 @@ def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> A
     """Return pairs (p, 2) of places, as distances along the polyline of `centres`, that are less than 2 reaches apart.
 
     `centres`, `tangents` (n, 3), those of a closed path without the first repeated. Only places count between which
-    the path turns by a right angle or more. Places are sampled ever more finely, 8 reaches apart to half of one.
+    the path turns by a right angle or more. Places are sampled 4 reaches apart, and near others half of one.
     """
     ends = np.concatenate([centres, centres[:1]]) if closed else centres
     ways = np.concatenate([tangents, tangents[:1]]) if closed else tangents
-    cosines = np.einsum("nd,nd->n", ways[1:], ways[:-1])
-    turns = np.concatenate([[0.0], np.cumsum(np.arccos(np.clip(cosines, -1.0, 1.0)))])
+    turns = np.concatenate([[0.0], np.cumsum(_lengths(ways))])  # chords of the angles: a little less than these
     if turns[-1] < _APART:
         return np.empty((0, 2))
-    steps = np.linalg.norm(np.diff(ends, axis=0), axis=1)
-    s = np.concatenate([[0.0], np.cumsum(steps)])
-    unit = max(0.5 * reach, s[-1] / (16 * _MOST_SAMPLES))
-    marks = np.arange(0, int(s[-1] / unit) + 17, 16)
-    for spacing in (16, 4, 1):
+    s = np.concatenate([[0.0], np.cumsum(_lengths(ends))])
+    unit = max(0.5 * reach, s[-1] / (8 * _MOST_SAMPLES))
+    marks = np.arange(0, int(s[-1] / unit) + 9, 8)
+    for spacing in (8, 1):
         samples = np.minimum(unit * marks, s[-1])
         places = np.column_stack([np.interp(samples, s, ends[:, k]) for k in range(3)])
         found = cKDTree(places).query_pairs(2.0 * reach + spacing * unit, output_type="ndarray")
@@ -87,9 +85,15 @@ def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> A
         if not len(found):
             return np.empty((0, 2))
         # Finer ones only about those that are near others.
-        finer = marks[np.unique(found)][:, None] + spacing // 4 * np.arange(-4, 5)
+        finer = marks[np.unique(found)][:, None] + np.arange(-8, 9)
         marks = np.unique(np.clip(finer, 0, int(s[-1] / unit) + 1))
     return np.asarray(samples[found])
+
+
+def _lengths(rows: Array) -> Array:
+    """Return the distances (n - 1,) from row to row (n, 3)."""
+    steps = rows[1:] - rows[:-1]
+    return np.asarray(np.sqrt(np.einsum("nd,nd->n", steps, steps)))
 
 
 def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach: float) -> list[tuple[int, int]]:
@@ -109,6 +113,7 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
     i, j = steps[((low[steps[:, 0]] <= high[steps[:, 1]]) & (low[steps[:, 1]] <= high[steps[:, 0]])).all(axis=1)].T
     used, numbers = np.unique(np.stack([i, j]), return_inverse=True)
     i, j = numbers.reshape(2, -1)
+    low, high = low[used], high[used]
     triangles = _wall_triangles(rings[used], rings[used + 1])
     lowest, highest = triangles.min(axis=2), triangles.max(axis=2)
     found = []

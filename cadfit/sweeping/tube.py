@@ -14,7 +14,7 @@ from cadfit.sweeping.judging import nearest_parts
 from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.mesh import around, disc, sides_for
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.selfintersection import Crossing, touching
+from cadfit.sweeping.selfintersection import Crossing, near_parts, touching
 from cadfit.sweeping.stations import breaks, chain, stationed, tightest
 from cadfit.sweeping.sweep import Caps, OnSelfIntersection, Wanted, path_of, positive, swept
 
@@ -101,8 +101,10 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     mesh = around(points, tangents, path.closed, radius, sides, 0.5 * wanted.tolerance)
     wanted.progress(0.6)
     centres, ways = (rows.T[: len(rows.T) - path.closed] for rows in (points, tangents))
-    if pairs := touching(mesh.vertices.reshape(-1, sides, 3), centres, ways, path.closed, radius):
-        found.append(nearest_parts(path, centres, radius, *pairs[0]))
+    if len(near_parts(centres, ways, path.closed, radius)):
+        rings = np.asarray(mesh.vertices).reshape(-1, sides, 3)
+        pairs = touching(rings, centres, ways, path.closed, radius)
+        found += [nearest_parts(path, centres, radius, *pairs[0])] if pairs else []
     if found and wanted.on_self_intersection == "repair":
         return None
     wanted.tell(found)
