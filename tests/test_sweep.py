@@ -449,3 +449,11 @@ def test_random_polylines_have_area_times_length(seed, closed):
     assert mesh.is_winding_consistent
     if not said:
         assert mesh.volume == pytest.approx(0.18 * path.length(), rel=1e-6)
+
+
+def test_turns_of_a_coil_that_touch_are_reported():
+    t = np.linspace(0.0, 12.0, 80)
+    coil = local_spline(np.column_stack([10 * np.cos(t), 10 * np.sin(t), 0.25 * t]))  # 1.57 from turn to turn
+    with pytest.warns(UserWarning, match=r"is too near for a radius of 1; a radius below 0\.7\d* would do"):
+        tube(coil, 1.0)
+    tube(coil, 0.75)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +16,9 @@ from cadfit.occt.checks import Wall
 from cadfit.occt.kernel import CONFUSION, KernelError, building
 from cadfit.occt.profiles import arcs, circle
 from cadfit.occt.surfaces import Spine, rail, spine
-from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
+from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile
-from cadfit.sweeping.selfintersection import SelfIntersectionError
+from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError
 from cadfit.sweeping.stations import chain, tightest
 from cadfit.sweeping.sweep import Caps, path_of, positive, sweep
 from cadfit.sweeping.tube import tube
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 _FINE = 1e-4  # of the reach: the tolerance where none is given
-_CUSP = 1e-2  # of the reach: a path that bends more tightly is refused at once
+_CUSP = 0.1  # of the reach: a path that bends more tightly is refused whatever the profile
 _DENSER = (1, 2, 4, 8, 16)  # times as many stations, until the tolerance can be seen to be kept
 
 
@@ -76,7 +76,7 @@ def sweep_solid(
     def mesh() -> Trimesh:
         return sweep(along, shape, scale=sizes, twist=turns, up=up, caps=caps, on_self_intersection="raise")
 
-    return _solid(along, walls, turns, up, tolerance, caps, mesh)
+    return _solid(along, walls, turns, up, tolerance, caps, mesh, "reach")
 
 
 def tube_solid(
@@ -116,7 +116,7 @@ def tube_solid(
         law = radius if is_number(radius) else outer
         return tube(along, law, thickness=thickness, up=up, caps=caps, on_self_intersection="raise")
 
-    return _solid(along, walls, law_of(0.0, along.domain, "twist", 1.0), up, tolerance, caps, mesh)
+    return _solid(along, walls, law_of(0.0, along.domain, "twist", 1.0), up, tolerance, caps, mesh, "radius")
 
 
 def volume(solid: TopoDS_Solid) -> float:
@@ -132,20 +132,16 @@ def _solid(
     tolerance: float | None,
     caps: Caps,
     mesh: Callable[[], Trimesh],
+    what: Literal["radius", "reach"],
 ) -> TopoDS_Solid:
-    """Return the solid between walls, the outer one first; `mesh` makes a mesh of the same."""
+    """Return the solid between walls, the outer one first; `mesh` makes a mesh of the same, `what` names the reach."""
     if caps not in ("flat", "round"):
         raise ValueError(f"a solid's caps must be flat or round, not {caps!r}")
     if caps == "round" and len(walls) > 1:
         raise ValueError("round caps are for what has no holes")
     reach = max(wall.reach for wall in walls)
     tolerance = max(_FINE * reach if tolerance is None else tolerance, CONFUSION)
-    where, bend = tightest(chain(path), reach)
-    if bend <= _CUSP * reach:  # a mesh of it would be finer than any use
-        raise KernelError(
-            f"no solid: the path bends with a radius of {bend:.3g} at the parameter {where:g}, far below the reach of "
-            f"{reach:g}"
-        )
+    _refuse_bends(path, reach, what, reach if what == "radius" and is_constant(walls[0].law) else _CUSP * reach)
     try:
         example = mesh()
     except SelfIntersectionError as error:
@@ -166,6 +162,15 @@ def _solid(
         made = _built(walls, rails, whole.closed, caps)
         checks.check(made, held, area)
     return made
+
+
+def _refuse_bends(path: BSpline, reach: float, what: str, tight: float) -> None:
+    """Raise KernelError for a bend that is surely too tight at once: a mesh of it may be finer than any use."""
+    u, bend = tightest(chain(path), reach)
+    if bend <= tight:
+        u = min(u, path.domain[1])
+        found = Crossing("bend" if bend > 0.0 else "cusp", u, path(u), reach, bend)
+        raise KernelError(f"no solid: {found.said(what)}")
 
 
 def _rails(
