@@ -2,7 +2,7 @@
 paths, threads of our own), each as a tube and as a bar, and what is wrong with the result, counted.
 
 A tube has a radius of 1/300 of the path's size, on neurons one that varies; a bar is 3 by 1 of these; the tolerance is
-a tenth of it. Where cadfit says that a sweep would pass through itself, that is counted as said, and the repaired mesh
+a fifth of it. Where cadfit says that a sweep would pass through itself, that is counted as said, and the repaired mesh
 is looked at instead. Wrong is: an exception, a mesh that is not watertight or wound both ways, a volume that is not
 above zero, a face without area in a mesh that was not repaired, a volume off by more than 0.1 % of area times length
 where nothing was said.
@@ -38,12 +38,12 @@ THREADS = 10
 
 
 def paths() -> list[tuple[str, cadfit.BSpline]]:
-    """Return family and path: fits within 1/1000 of the size of at most 200 points, and thread helices."""
+    """Return family and path: fits within 1/1000 of the size of at most 80 points, and thread helices."""
     found = []
     for family, count in FAMILIES.items():
         members = corpus_data._corpus().load(family=family)
         for k in np.unique(np.linspace(0, len(members) - 1, count).astype(int)):
-            points = members[k].points[:200]
+            points = members[k].points[:80]
             points = points - points.mean(axis=0)
             size = float(np.linalg.norm(np.ptp(points, axis=0)))
             if len(points) < 4 or size == 0.0 or points.shape[1] not in (2, 3):
@@ -92,11 +92,11 @@ def table() -> str:
             size = lambda u, r=radius, a=low, b=high: r * (1.2 - 0.7 * (u - a) / (b - a))  # noqa: E731
         sweeps = {
             "tube": (
-                lambda way, p=path, r=size, t=0.1 * radius: cadfit.tube(p, r, t, on_self_intersection=way),
+                lambda way, p=path, r=size, t=0.2 * radius: cadfit.tube(p, r, t, on_self_intersection=way),
                 0.0 if callable(size) else np.pi * radius**2,
             ),
             "bar": (
-                lambda way, p=path, b=bar, t=0.1 * radius: cadfit.sweep(p, b, t, on_self_intersection=way),
+                lambda way, p=path, b=bar, t=0.2 * radius: cadfit.sweep(p, b, t, on_self_intersection=way),
                 3.0 * radius**2,
             ),
         }
