@@ -19,7 +19,7 @@ from cadfit.files.table import as_table
 from cadfit.replacing import replacing
 from cadfit.stages import Progress, portion, stage, unheard
 
-Kind = Literal["points", "curves", "mesh", "solid"]
+Kind = Literal["points", "curves", "arcs", "mesh", "solid"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,10 @@ FORMATS = {
     ".npy": Format("arrays", ("points",), range(2, 9)),
     ".npz": Format("arrays", ("points",), range(2, 9)),
     ".json": Format("jsons", ("points", "curves")),
+    ".dxf": Format("dxf", ("curves", "arcs"), range(2, 4)),
+    ".svg": Format("svg", ("curves", "arcs"), range(2, 3)),
     **dict.fromkeys((".step", ".stp", ".brep"), _KERNEL),
+    **dict.fromkeys((".iges", ".igs"), Format("kernel", ("curves",), range(2, 4))),
     **dict.fromkeys((".stl", ".3mf", ".ply", ".glb", ".obj"), _MESH),
 }
 
@@ -55,9 +58,10 @@ def read(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | No
     """Return what is in a file: points (n, d), n >= 1, `Curves`, or a `trimesh.Trimesh`.
 
     Points: .csv, .txt, .xyz, .dat (comma, semicolon, tab or blanks, `cadfit.files.text`), .npy, .npz, .json. Curves:
-    .json, .step, .stp, .brep. Meshes: .stl, .3mf, .ply, .glb, .obj. A point file has 2 to 8 columns. `unit` is the
-    length unit coordinates come back in where the file states its own (STEP). `progress` is called with the part
-    that is done, from 0 to 1 (of a text file in steps, of others at the end); raising from it stops the work.
+    .json, .step, .stp, .brep, .iges, .igs, and the drawings .dxf and .svg (`cadfit.files.contours`), of which a single
+    polyline is points. Meshes: .stl, .3mf, .ply, .glb, .obj. A point file has 2 to 8 columns. `unit` is the
+    length unit coordinates come back in where the file states its own (STEP, IGES, DXF, SVG). `progress` is called
+    with the part that is done, from 0 to 1 (of a text file in steps, of others at the end); raising from it stops it.
 
     Raises ValueError naming the file, the line (counted from 1) and what was there; OSError for a file that cannot be
     read; ImportError naming the extra that is missing.
@@ -86,10 +90,11 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
     """Write points, curves or a mesh to a file; an old file stays whole until the new one is complete.
 
     `result`: points (n, d) for .csv, .txt, .xyz, .npy, .npz and .json; a `BSpline`, several, `Curves` or anything else
-    with `curves`, `closed` and `deviation` for .step, .stp, .brep, .json and .csv (the poles, one a row, curves apart
-    by a blank line); a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb and .obj; a shape of the kernel, such as
-    `cadfit.occt.tube_solid` makes, for .step, .stp and .brep. `unit` ("mm", "m", "inch") is the unit
-    of the coordinates, for STEP. JSON, CSV and NPY read back bit for bit. `progress`: as in `read`.
+    with `curves`, `closed` and `deviation` for .step, .stp, .brep, .iges, .igs, .dxf, .svg, .json and .csv (the poles,
+    one a row, curves apart by a blank line); `Arcs` for .dxf and .svg; a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb
+    and .obj; a shape of the kernel, such as `cadfit.occt.tube_solid` makes, for .step, .stp and .brep. `unit` ("mm",
+    "m", "inch") is the unit of the coordinates, for STEP, IGES, DXF and SVG. JSON, CSV and NPY read back bit for bit.
+    `progress`: as in `read`.
 
     Raises ValueError for an unknown suffix or one that cannot hold the result, saying which can; OSError naming a
     path that cannot be written; ImportError naming the extra that is missing.
@@ -98,12 +103,12 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "line.json"
     >>> write(path, BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]))
     >>> read(path)
-    Curves(curves=(BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0]),), closed=False, deviation=None)
+    Curves(curves=(BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0]),), closed=False, deviation=None, names=())
     """
     path = Path(path)
     _format(path)
     kind, result = _sorted_out(result, str(path))
-    check(path, kind, result.shape[1] if kind == "points" else result.dimension if kind == "curves" else 3)
+    check(path, kind, _dimension(kind, result))
     form = FORMATS[path.suffix.lower()]
     module = import_module(f"cadfit.files.{form.module}")
     with stage("writing"), replacing(path) as beside:
@@ -124,7 +129,7 @@ def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None
 
     >>> check("out.stl", "curves")
     Traceback (most recent call last):
-    ValueError: out.stl: .stl does not hold curves; these do: .csv .json .step .stp .brep
+    ValueError: out.stl: .stl does not hold curves; these do: .csv .json .dxf .svg .step .stp .brep .iges .igs
     """
     form = _format(path)
     suffix = Path(path).suffix.lower()
@@ -135,6 +140,12 @@ def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None
         low, high = form.dimensions[0], form.dimensions[-1]
         raise ValueError(f"{path}: {suffix} holds {kind} of {low} to {high} coordinates, not {dimension}; .json does")
     import_module(f"cadfit.files.{form.module}")
+
+
+def _dimension(kind: Kind, result: Any) -> int:
+    if kind == "curves":
+        return int(result.dimension)
+    return 3 if kind in ("mesh", "solid") else int((result if kind == "points" else result.starts).shape[1])
 
 
 def _format(path: str | os.PathLike[str]) -> Format:
@@ -149,7 +160,10 @@ def _sorted_out(result: Any, where: str) -> tuple[Kind, Array | Curves | Any]:
     if isinstance(result, BSpline):
         return "curves", Curves((result,), result.closed)
     if hasattr(result, "curves"):
-        return "curves", Curves(tuple(result.curves), result.closed, result.deviation)
+        names = getattr(result, "names", ())
+        return "curves", Curves(tuple(result.curves), result.closed, result.deviation, names)
+    if hasattr(result, "sweeps"):
+        return "arcs", result
     if hasattr(result, "vertices") and hasattr(result, "faces"):
         return "mesh", result
     if hasattr(result, "ShapeType"):  # the kernel's own name for what a shape is

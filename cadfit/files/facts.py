@@ -48,7 +48,7 @@ def _of_curves(found: Curves) -> dict[str, str]:
         "dimension": str(found.dimension),
         "continuity": min(map(continuity, found.curves)) + (" within each" if several else ""),
         **summary(found),
-        **_box(np.concatenate([_extremes(curve) for curve in found.curves])),
+        **_box(np.concatenate([extremes(curve) for curve in found.curves])),
     }
 
 
@@ -83,7 +83,7 @@ def continuity(curve: BSpline) -> str:
     return f"C{DEGREE - inner.max()}" if len(inner) else "smooth"
 
 
-def _extremes(curve: BSpline) -> Array:
+def extremes(curve: BSpline) -> Array:
     """Return points (k, d) of the curve, or with coordinates of several, that span its box.
 
     The ends of the Bézier pieces, and each coordinate where its derivative, a quadratic with the coefficients of

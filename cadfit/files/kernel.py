@@ -1,4 +1,4 @@
-"""Curves through the CAD kernel: .step, .stp and .brep."""
+"""Curves through the CAD kernel: .step, .stp, .brep, .iges and .igs."""
 
 from __future__ import annotations
 
@@ -12,17 +12,25 @@ from cadfit import occt
 from cadfit.bspline import BSpline
 from cadfit.files.curves import Curves
 
+_IGES = (".iges", ".igs")
+
 
 def read(path: Path, unit: str) -> Curves:
     """Return the edges of a file as `Curves`, in the order they are found; 3D, in `unit` (BREP: as the numbers are).
 
     Raises ValueError naming the first edge that no non-rational cubic equals, and where there is no edge.
     """
-    shapes = occt.read_brep(path) if path.suffix.lower() == ".brep" else occt.read_step(path, unit)
+    suffix = path.suffix.lower()
+    if suffix in _IGES:
+        shapes = occt.read_iges(path)
+    else:
+        shapes = occt.read_brep(path) if suffix == ".brep" else occt.read_step(path, unit)
+    scale = 1.0 / occt.UNITS[unit] if suffix in _IGES else 1.0
     curves = []
     for k, edge in enumerate(occt.edges(shapes)):
         try:
-            curves.append(occt.from_edge(edge))
+            curve = occt.from_edge(edge)
+            curves.append(curve if scale == 1.0 else curve.transformed(scale * np.eye(3)))
         except ValueError as error:
             raise ValueError(f"{path}: edge {k}: {error}") from error
     if not curves:
@@ -31,16 +39,24 @@ def read(path: Path, unit: str) -> Curves:
 
 
 def write(path: Path, result: Curves | Any, unit: str) -> None:
-    """Write each curve as an edge, several that follow each other end to end as one wire; a kernel's shape as it is."""
-    shapes = result
+    """Write each curve as an edge, several that follow each other as one wire; a kernel's shape as it is.
+
+    In IGES curves are edges, in millimetres.
+    """
+    shapes: Any = result
+    names: tuple[str, ...] = ()
+    suffix = path.suffix.lower()
     if isinstance(result, Curves):
-        curves = result.curves
+        curves, names = result.curves, result.names
         chained = len(curves) > 1 and all(_meet(a, b) for a, b in pairwise(curves))
-        shapes = occt.to_wire(curves) if chained else curves
-    if path.suffix.lower() == ".brep":
+        shapes = occt.to_wire(curves) if chained and suffix not in _IGES else curves
+    if suffix == ".brep":
         occt.write_brep(path, shapes)
+    elif suffix in _IGES:
+        scale = occt.UNITS[unit]
+        occt.write_iges(path, [c if scale == 1.0 else c.transformed(scale * np.eye(c.poles.shape[1])) for c in shapes])
     else:
-        occt.write_step(path, shapes, unit)
+        occt.write_step(path, shapes, unit, names)
 
 
 def _meet(before: BSpline, after: BSpline) -> bool:

@@ -18,7 +18,7 @@ except ImportError as error:
         "pip install 'cadfit[build123d]' or 'cadfit[cadquery]' (one of the two)"
     ) from error
 
-from cadfit.occt.exchange import UNITS, read_brep, read_step, write_brep, write_step
+from cadfit.occt.exchange import UNITS, read_brep, read_iges, read_step, write_brep, write_iges, write_step
 from cadfit.occt.faces import to_face
 from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
@@ -35,6 +35,7 @@ __all__ = [
     "from_edge",
     "points_of",
     "read_brep",
+    "read_iges",
     "read_step",
     "simplify",
     "sweep_solid",
@@ -44,5 +45,6 @@ __all__ = [
     "tube_solid",
     "volume",
     "write_brep",
+    "write_iges",
     "write_step",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeAlias
@@ -12,6 +12,9 @@ from typing import TypeAlias
 from OCP.BRep import BRep_Builder
 from OCP.BRepTools import BRepTools
 from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.IGESControl import IGESControl_Controller, IGESControl_Reader, IGESControl_Writer
+from OCP.IGESData import IGESData_IGESWriter
+from OCP.IGESSelect import IGESSelect_WorkLibrary
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
 from OCP.STEPControl import (
@@ -28,6 +31,8 @@ from cadfit.occt.kernel import KernelError, building
 from cadfit.occt.shapes import to_edge
 from cadfit.replacing import replacing
 
+_NAMELESS = b"B_SPLINE_CURVE_WITH_KNOTS(''"
+
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3, "km": 1e6, "inch": 25.4, "ft": 304.8}
 """The length units of a STEP file, in millimetres."""
 
@@ -35,12 +40,14 @@ PathLike: TypeAlias = str | os.PathLike[str]
 Writable: TypeAlias = BSpline | TopoDS_Shape | Iterable[BSpline | TopoDS_Shape]
 
 
-def write_step(path: PathLike, shapes: Writable, unit: str = "mm") -> None:
+def write_step(path: PathLike, shapes: Writable, unit: str = "mm", names: Sequence[str] = ()) -> None:
     """Write splines (as edges) and kernel shapes to a STEP file whose unit of length is `unit`, one of `UNITS`.
 
     The numbers are written as they are, to 17 digits: 1.0 with unit="m" is one metre to whoever reads the file, and
-    poles and knots are read back bit for bit. The file is replaced at once or, on failure, left as it was. Raises
-    ValueError for an unknown unit or no shapes, KernelError, and OSError naming the path.
+    poles and knots are read back bit for bit. Edges and wires alone become a GEOMETRIC_CURVE_SET, where CAM programs
+    look for wires; `names`, one for each B-spline curve, become those of the curves. The file is replaced at once or,
+    on failure, left as it was. Raises ValueError for an unknown unit or no shapes, KernelError, and OSError naming the
+    path.
     """
     found = _shapes(shapes)
     with _step(f"a STEP file of {len(found)} shape(s)", unit) as millimetres:
@@ -59,7 +66,61 @@ def write_step(path: PathLike, shapes: Writable, unit: str = "mm") -> None:
         if not text.Print(stream):
             raise KernelError("the text could not be made")
     with replacing(Path(path)) as beside:
+        beside.write_bytes(_named(stream.getvalue(), names))
+
+
+def _named(content: bytes, names: Sequence[str]) -> bytes:
+    """Return the text of a STEP file with the names given to its B-spline curves, in order."""
+    parts = content.split(_NAMELESS)
+    if not names or len(parts) != len(names) + 1:
+        return content
+    words = [name.replace("'", "''").replace("\\", "\\\\").encode("ascii", "replace") for name in names]
+    return b"".join(
+        [parts[0], *(_NAMELESS[:-1] + word + b"'" + part for word, part in zip(words, parts[1:], strict=True))]
+    )
+
+
+def write_iges(path: PathLike, shapes: Writable) -> None:
+    """Write splines (as entity 126, with 17 digits) and kernel shapes to an IGES file in millimetres.
+
+    Replaces the file and raises as `write_step`.
+    """
+    found = _shapes(shapes)
+    with _step(f"an IGES file of {len(found)} shape(s)", "mm"):
+        IGESControl_Controller.Init_s()
+        writer = IGESControl_Writer("MM", 0)
+        for shape in found:
+            if not writer.AddShape(shape):
+                raise KernelError("a shape that IGES cannot hold")
+        writer.ComputeModel()
+        text = IGESData_IGESWriter(writer.Model())
+        text.FloatWriter().SetFormat("%.16E")
+        text.SendModel(IGESSelect_WorkLibrary.DefineProtocol_s())
+        stream = io.BytesIO()
+        if not text.Print(stream):
+            raise KernelError("the text could not be made")
+    with replacing(Path(path)) as beside:
         beside.write_bytes(stream.getvalue())
+
+
+def read_iges(path: PathLike) -> TopoDS_Shape:
+    """Return the shapes of an IGES file in one, in millimetres whatever the file's unit is; `edges` finds its curves.
+
+    Raises OSError when the file cannot be read, ValueError when it is not IGES or holds no shape.
+    """
+    start = Path(path).read_bytes()[:80]
+    if len(start) < 80 or start[72:73] not in (b"S", b"F"):  # the kernel would print that it is no IGES file
+        raise ValueError(f"{path}: not an IGES file")
+    with _step(f"the shapes of {path}", "mm"):
+        IGESControl_Controller.Init_s()
+        reader = IGESControl_Reader()
+        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            raise ValueError(f"{path}: not an IGES file")
+        reader.TransferRoots()
+        shape = reader.OneShape()
+    if shape.IsNull():
+        raise ValueError(f"{path}: no shape in this IGES file")
+    return shape
 
 
 def read_step(path: PathLike, unit: str = "mm") -> tuple[TopoDS_Shape, ...]:
