@@ -4,7 +4,7 @@ Some 200 real curves of a corpus ($CADFIT_CORPUS, or ../shared/corpus beside the
 brought to a size of 100 and fitted within 0.1. Plane closed ones are profiles: faces, then solids. The others are
 paths: they make shells, and a tube of radius 0.2 is swept along them. An operation succeeds when it ends within 10
 seconds of processor time, the result is valid and its area or volume, of its triangles, is right to 1 %. Each curve has
-a process of its own, since the kernel may hang or fall. `python benchmarks/hosts.py 1` takes one of each kind, 22 in all.
+a process of its own, since the kernel may hang or fall. `python benchmarks/hosts.py 1` takes one of each kind.
 """
 
 from __future__ import annotations
