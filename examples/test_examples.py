@@ -253,6 +253,16 @@ def test_build123d_cases(tmp_path):
     assert shows(tmp_path / "case_tube.png", BLUE, 500)
 
 
+def test_report(tmp_path):
+    found = example("report")(tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert f"≤ {found['fit'].deviation.points:.4g} mm" in page
+    assert len(page) < 500_000
+    assert shows(tmp_path / "deviation.png", VERMILION, 300)
+    if found["shown"]:
+        assert shows(tmp_path / "report.png", VERMILION, 300)
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in HERE.glob("*.py")} - {Path(__file__).stem} <= tested

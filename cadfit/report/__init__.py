@@ -30,7 +30,8 @@ def report(fit: Fit, path: str | os.PathLike[str], *, title: str = "", unit: str
     True
     """
     call = [fit.call] if fit.call else []
-    write([Entry("fit", fit)], path, title or "Fit", unit, [*call, f"fit.report({os.fspath(path)!r})"])
+    # Its name without the folders, which are no one else's.
+    write([Entry("fit", fit)], path, title or "Fit", unit, [*call, f"fit.report({Path(path).name!r})"])
 
 
 def write(

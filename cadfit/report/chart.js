@@ -90,7 +90,7 @@ class Chart {
       line("#f1f3f6", x(value), box.top, x(value), box.bottom);
       pen.fillText(across.text(value), x(value), box.bottom + 15);
     }
-    let upward = ticks(low, high, (box.bottom - box.top) / 26);
+    let upward = ticks(low, high, (box.bottom - box.top) / 22);
     if (this.log) {
       const values = [];
       for (let power = Math.ceil(Math.log10(low)); 10 ** power <= high; power++) values.push(10 ** power);
