@@ -265,3 +265,62 @@ def test_broken_dxf(tmp_path):
         (tmp_path / "a.dxf").write_bytes(content)
         with pytest.raises(ValueError, match=r"a\.dxf: "):
             read(tmp_path / "a.dxf")
+
+
+DENSE = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+OVAL = np.column_stack([50 * np.cos(DENSE), 30 * np.sin(DENSE)])
+FRAME = np.array([(-70.0, -50), (70, -50), (70, 50), (-70, 50)])
+
+
+def several(space, document):
+    """An oval and a frame of chords, a hole that is a circle, and a wave whose SPLINE is smooth."""
+    for layer in ("outline", "holes", "rail"):
+        document.layers.add(layer)
+    space.add_lwpolyline(OVAL.tolist(), close=True, dxfattribs={"layer": "outline"})
+    space.add_circle((10, 0), 5, dxfattribs={"layer": "holes"})
+    rail = space.add_spline(degree=3, dxfattribs={"layer": "rail"})
+    rail.control_points, rail.knots = np.column_stack([WAVE.poles, 0 * WAVE.poles[:, 0]]).tolist(), WAVE.knots.tolist()
+    space.add_lwpolyline(FRAME.tolist(), close=True, dxfattribs={"layer": "outline"})
+
+
+def test_each_contour_of_a_drawing_is_fitted_or_taken_over(drawing, capfd, tmp_path):
+    source = drawing(several)
+    before = read(source)
+    command = ["fit", str(source), "-t", "0.01", "--between", "polyline"]
+    assert main([*command, "-o", str(tmp_path / "b.dxf"), "-o", str(tmp_path / "b.svg")]) == 0
+    said = capfd.readouterr().out
+    assert "2 fitted, 2 taken over" in said
+    assert "contour 0 (outline)" in said
+    after = read(tmp_path / "b.dxf")
+    assert after.names == before.names == ("outline", "holes", "rail", "outline")
+    oval, hole, rail, frame = after.curves
+    assert hole.isclose(before.curves[1], 1e-15)
+    assert rail.isclose(WAVE, 1e-15)
+    assert len(oval.poles) < 30
+    assert oval.closed
+    for curve, points in ((oval, OVAL), (frame, FRAME)):
+        around = np.concatenate([points, points[:1]])
+        far = cadfit.deviation(curve, around, True)
+        assert max(far.points, far.between) <= 0.01
+        assert cadfit.deviation(curve, around + [0.02, 0.0], True).points > 0.01, "the judge sees what is off"
+    assert len(frame.poles) == 13, "four lines"
+    assert read(tmp_path / "b.svg").names == ("outline", "holes", "rail", "outline-2")
+
+
+def test_several_drawings_and_what_cannot_be_fitted(drawing, capfd, tmp_path):
+    source = drawing(several)
+    table = ["--summary", str(tmp_path / "all.csv")]
+    both = [str(source), str(source.with_name("x.dxf")), "-o", f"{tmp_path}/o/", "--format", "dxf"]
+    assert main(["fit", *both, "-t", "0.01", *table]) == 1
+    assert read(tmp_path / "o" / "a.dxf").names == read(source).names
+    assert ",206," in (tmp_path / "all.csv").read_text()
+    capfd.readouterr()
+    out = str(tmp_path / "c.dxf")
+    for options, expected in (
+        (["-t", "0.01", "--corners", "3,17"], "rows are for one contour, and it holds 4"),
+        (["-t", "1e-30"], "contour 0 (outline): "),
+        (["-t", "0.01", "--report", str(tmp_path / "c.html")], "--report is for points, and it holds 4 contours"),
+    ):
+        assert main(["fit", str(source), "-o", out, *options]) == 2
+        assert expected in capfd.readouterr().err
+    assert not (tmp_path / "c.dxf").exists()

@@ -56,11 +56,14 @@ def fit(
 ) -> int:
     """Fit B-splines to points, within a tolerance or through all, and write them to .step .stp .brep .json .csv.
 
+    Of a drawing (.dxf .svg) every polyline is fitted, and all other contours are taken over, with their names.
+
     Several files are fitted at once into a folder: cadfit fit *.csv -o out/ -t 0.01; the exit status is 1 if some
     of them failed.
     """
-    from cadfit.files import read
-    from cadfit.methods import How, made, write_report
+    from cadfit.drawings import made
+    from cadfit.files import Curves, read
+    from cadfit.methods import How, write_report
 
     if not output and page is None:
         raise Mistake(f"{source[0]}: where to? --output says it, or --report for a page to look at")
@@ -85,6 +88,8 @@ def fit(
             check_all(source, targets, None)
         with busy(f"reading {only}", quiet) as progress, about(only):
             points = read(only, progress=progress)
+        if page is not None and isinstance(points, Curves):
+            raise Mistake(f"{only}: --report is for points, and it holds {len(points.curves)} contours")
         with busy(f"fitting {only}", quiet) as progress:
             with about(only):
                 curves, said = made(points, how, progress)

@@ -113,20 +113,19 @@ def fit_all(
 
 def _curves_of(task: tuple[Path, How]) -> tuple[Any, int, dict[str, float]]:
     """Return the curves made of a file's points, how many points, and the seconds of the stages."""
+    from cadfit.drawings import made
     from cadfit.files import read
-    from cadfit.methods import made
     from cadfit.stages import times
 
     source, how = task
     with times() as stages:
         try:
-            points = read(source)
-            curves, _ = made(points, how)
+            curves, said = made(read(source), how)
         except OSError as error:
             raise ValueError(error.strerror or str(error)) from error
         except ValueError as error:
             raise ValueError(str(error).removeprefix(f"{source}: ")) from error
-    return curves, len(points), stages
+    return curves, int(said["points read"]), stages
 
 
 def _written(source: Path, targets: list[Path], curves: Any, unit: Unit) -> Any:

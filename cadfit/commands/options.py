@@ -51,7 +51,7 @@ In = Annotated[
 Out = Annotated[list[Path], typer.Option("-o", "--output", help="Where to; may be given several times.")]
 Ins = Annotated[
     list[Path],
-    typer.Argument(metavar="IN...", help="Points: .csv .txt .xyz .dat .npy .npz .json", show_default=False),
+    typer.Argument(metavar="IN...", help="Points: .csv .txt .xyz .dat .npy .npz .json; .dxf .svg", show_default=False),
 ]
 Outs = Annotated[
     list[str] | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from itertools import count
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -75,16 +76,25 @@ def write(path: Path, result: Curves | Arcs, unit: str) -> None:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide * scale!r}mm" height="{tall * scale!r}mm" '
         f'viewBox="{left!r} {-high!r} {wide!r} {tall!r}">',
     ]
+    ids = _unique([name for name, _ in drawn])
     for k, (name, data) in enumerate(drawn):
-        named = f" id={quoteattr(name if names_are_unique(drawn) else f'{name}-{k}')}" if name else ""
+        named = f" id={quoteattr(ids[k])}" if name else ""
         lines.append(f'<path{named} d="{data}" fill="none" stroke="#000" stroke-width="{0.002 * max(wide, tall)!r}"/>')
     path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
 
 
-def names_are_unique(drawn: list[tuple[str, str]]) -> bool:
-    """Return whether no two things drawn have one name, as ids must not."""
-    names = [name for name, _ in drawn if name]
-    return len(set(names)) == len(names)
+def _unique(names: list[str]) -> list[str]:
+    """Return the names, those that stood before with a number, as ids may not repeat."""
+    ids: list[str] = []
+    taken, seen = set(names), set[str]()
+    for name in names:
+        new = name
+        if name and name in seen:
+            new = next(each for k in count(2) if (each := f"{name}-{k}") not in taken)
+        taken.add(new)
+        seen.add(name)
+        ids.append(new)
+    return ids
 
 
 def _of_pieces(pieces: Array) -> str:
