@@ -324,3 +324,70 @@ def test_several_drawings_and_what_cannot_be_fitted(drawing, capfd, tmp_path):
         assert main(["fit", str(source), "-o", out, *options]) == 2
         assert expected in capfd.readouterr().err
     assert not (tmp_path / "c.dxf").exists()
+
+
+def off(points, path):
+    """How far the farthest of points (n, 2) is from a chain of points (m, 2), by projecting on every segment."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    away = points[:, None] - start
+    t = np.clip(np.einsum("nmd,md->nm", away, step) / np.maximum((step**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    return np.linalg.norm(away - t[..., None] * step, axis=2).min(axis=1).max()
+
+
+@pytest.mark.slow
+def test_arcs_and_lines_of_a_drawing_within_the_tolerance(drawing, capfd, tmp_path):
+    source = drawing(several)
+    command = ["fit", str(source), "-t", "0.01", "--arcs", "-o", str(tmp_path / "b.dxf")]
+    assert main([*command, "-o", str(tmp_path / "b.svg")]) == 0
+    said = dict(line.split("  ", 1) for line in capfd.readouterr().out.splitlines() if "  " in line)
+    drawn = list(ezdxf.readfile(tmp_path / "b.dxf").modelspace())
+    assert [(each.dxftype(), each.dxf.layer, each.closed) for each in drawn] == [
+        ("LWPOLYLINE", "outline", True),
+        ("LWPOLYLINE", "holes", True),
+        ("LWPOLYLINE", "rail", False),
+        ("LWPOLYLINE", "outline", True),
+    ]
+    parts = [part for each in drawn for part in each.virtual_entities()]
+    kinds = [part.dxftype() for part in parts]
+    assert (kinds.count("ARC"), kinds.count("LINE")) == (int(said["arcs"]), int(said["lines"]))
+    assert len(parts) < 50 < len(OVAL)
+    bounds = [float(value) for name, value in said.items() if name.startswith("deviation")]
+    assert len(bounds) == 3
+    assert max(bounds) <= 0.01
+    shapes = [np.concatenate([OVAL, OVAL[:1]]), None, WAVE(np.linspace(*WAVE.domain, 4000)), None]
+    shapes[3] = np.concatenate([FRAME, FRAME[:1]])
+    for each, shape in zip(drawn, shapes, strict=True):
+        if shape is not None:
+            path = np.array([p.xyz for p in ezdxf.path.make_path(each).flattening(1e-5)])[:, :2]
+            far = max(off(shape[:: max(1, len(shape) // 300)], path), off(path[:: max(1, len(path) // 300)], shape))
+            assert far <= max(bounds) + 2e-5
+            assert off(shape[:1] + [0.03, 0.03], path) > 0.01, "the judge sees what is off"
+    assert read(tmp_path / "b.svg").names == ("outline", "holes", "rail", "outline-2")
+    assert len(svgpathtools.svg2paths(tmp_path / "b.svg")[0]) == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["-o", "c.dxf"], "--arcs needs --tolerance"),
+        (["-t", "0.01", "-o", "c.step"], ".step does not hold arcs; these do: .dxf .svg"),
+        (["-t", "0.01", "-o", "c.dxf", "--report", "c.html"], "--arcs is for one file, and goes without --report"),
+        (["-t", "1e-14", "-o", "c.dxf"], "contour 0 (outline): "),
+    ],
+)
+def test_arcs_that_cannot_be(drawing, capfd, monkeypatch, tmp_path, options, expected):
+    source = drawing(several)
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", str(source), "--arcs", *options]) == 2
+    assert expected in capfd.readouterr().err
+    assert not (tmp_path / "c.dxf").exists()
+
+
+def test_coarse_chords_become_no_more_lines_and_arcs_than_they_are(drawing, capfd, tmp_path):
+    x = np.linspace(-20, -14, 25)
+    coarse = np.column_stack([x, 3 * np.sin(x)])
+    assert main(["fit", str(drawing(lambda space, _: space.add_lwpolyline(coarse))), "-t", "1e-3", "--arcs", "-o",
+                 str(tmp_path / "b.dxf")]) == 0  # fmt: skip
+    (path,) = ezdxf.readfile(tmp_path / "b.dxf").modelspace()
+    assert len(path) <= len(coarse)
+    assert cadfit.read(tmp_path / "b.dxf").shape == (len(path), 2), "lines"

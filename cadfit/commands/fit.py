@@ -8,6 +8,7 @@ import typer
 
 from cadfit.commands.many import check_all, fit_all, placed
 from cadfit.commands.options import (
+    AsArcs,
     BetweenPoints,
     Closed,
     Corners,
@@ -40,6 +41,7 @@ def fit(
     between: BetweenPoints = None,
     corners: Corners = None,
     effort: HowLong = None,
+    arcs: AsArcs = False,
     method: HowTo = None,
     tension: Tension = None,
     curvature: Curvature = None,
@@ -61,8 +63,8 @@ def fit(
     Several files are fitted at once into a folder: cadfit fit *.csv -o out/ -t 0.01; the exit status is 1 if some
     of them failed.
     """
-    from cadfit.drawings import made
-    from cadfit.files import Curves, read
+    from cadfit.drawings import made, made_of_arcs, meant
+    from cadfit.files import ArcContours, Curves, Kind, read
     from cadfit.methods import How, write_report
 
     if not output and page is None:
@@ -71,6 +73,8 @@ def fit(
     how = How(method, closed, tension, curvature, tolerance, between, corners, effort, fraction, square_error)
     if len(source) > 1 and page is not None:
         raise Mistake(f"{page}: --report is for one file, not {len(source)}")
+    if arcs and (len(source) > 1 or page is not None):
+        raise Mistake(f"{source[0]}: --arcs is for one file, and goes without --report")
     targets = placed(source, output, file_format) if output else None
     if len(source) > 1:
         assert targets is not None
@@ -82,7 +86,8 @@ def fit(
     [only] = source
     paths = [Path(each) for each in output] if targets is None else targets[0]
     with timed(verbose):
-        check(only, paths, "curves")
+        kind: Kind = "arcs" if arcs else "curves"
+        check(only, paths, kind)
         check_page(page, source)
         if targets is not None:
             check_all(source, targets, None)
@@ -90,11 +95,12 @@ def fit(
             points = read(only, progress=progress)
         if page is not None and isinstance(points, Curves):
             raise Mistake(f"{only}: --report is for points, and it holds {len(points.curves)} contours")
+        how = meant(how, only, points)
         with busy(f"fitting {only}", quiet) as progress:
             with about(only):
-                curves, said = made(points, how, progress)
-            write_all(only, paths, "curves", curves.dimension, curves, unit)
-            if page is not None:
-                write_report(page, only, points, curves, how, unit.value, context.obj)
+                result, said = (made_of_arcs if arcs else made)(points, how, progress)
+            write_all(only, paths, kind, result.dimension, result, unit)
+            if page is not None and not isinstance(result, ArcContours):
+                write_report(page, only, points, result, how, unit.value, context.obj)
         report(str(only), said, [*paths, *([page] if page else [])], quiet)
     return 0

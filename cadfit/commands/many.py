@@ -113,14 +113,15 @@ def fit_all(
 
 def _curves_of(task: tuple[Path, How]) -> tuple[Any, int, dict[str, float]]:
     """Return the curves made of a file's points, how many points, and the seconds of the stages."""
-    from cadfit.drawings import made
+    from cadfit.drawings import made, meant
     from cadfit.files import read
     from cadfit.stages import times
 
     source, how = task
     with times() as stages:
         try:
-            curves, said = made(read(source), how)
+            found = read(source)
+            curves, said = made(found, meant(how, source, found))
         except OSError as error:
             raise ValueError(error.strerror or str(error)) from error
         except ValueError as error:

@@ -85,6 +85,9 @@ Corners = Annotated[
     str | None, typer.Option(help="tolerance: auto, none, an angle in degrees, or rows (3,17 or 5,).  [auto]")
 ]
 HowLong = Annotated[Effort | None, typer.Option("--effort", help="tolerance: fast, or fewer poles.  [best]")]
+AsArcs = Annotated[
+    bool, typer.Option("--arcs", help="tolerance: lines and arcs instead of splines, within it, for .dxf and .svg.")
+]
 Tension = Annotated[float | None, typer.Option(help="cardinal: length of the tangents.  [default: 0.5]")]
 Curvature = Annotated[
     float | None,

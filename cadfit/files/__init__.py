@@ -14,6 +14,7 @@ import numpy as np
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
+from cadfit.files.curves import ArcContours as ArcContours
 from cadfit.files.curves import Curves as Curves
 from cadfit.files.table import as_table
 from cadfit.replacing import replacing
@@ -91,10 +92,10 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
 
     `result`: points (n, d) for .csv, .txt, .xyz, .npy, .npz and .json; a `BSpline`, several, `Curves` or anything else
     with `curves`, `closed` and `deviation` for .step, .stp, .brep, .iges, .igs, .dxf, .svg, .json and .csv (the poles,
-    one a row, curves apart by a blank line); `Arcs` for .dxf and .svg; a `trimesh.Trimesh` for .stl, .3mf, .ply, .glb
-    and .obj; a shape of the kernel, such as `cadfit.occt.tube_solid` makes, for .step, .stp and .brep. `unit` ("mm",
-    "m", "inch") is the unit of the coordinates, for STEP, IGES, DXF and SVG. JSON, CSV and NPY read back bit for bit.
-    `progress`: as in `read`.
+    one a row, curves apart by a blank line); `Arcs`, several or `ArcContours` for .dxf and .svg; a `trimesh.Trimesh`
+    for .stl, .3mf, .ply, .glb and .obj; a shape of the kernel, such as `cadfit.occt.tube_solid` makes, for .step, .stp
+    and .brep. `unit` ("mm", "m", "inch") is the unit of the coordinates, for STEP, IGES, DXF and SVG. JSON, CSV and NPY
+    read back bit for bit. `progress`: as in `read`.
 
     Raises ValueError for an unknown suffix or one that cannot hold the result, saying which can; OSError naming a
     path that cannot be written; ImportError naming the extra that is missing.
@@ -143,9 +144,9 @@ def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None
 
 
 def _dimension(kind: Kind, result: Any) -> int:
-    if kind == "curves":
+    if kind in ("curves", "arcs"):
         return int(result.dimension)
-    return 3 if kind in ("mesh", "solid") else int((result if kind == "points" else result.starts).shape[1])
+    return 3 if kind in ("mesh", "solid") else int(result.shape[1])
 
 
 def _format(path: str | os.PathLike[str]) -> Format:
@@ -162,8 +163,10 @@ def _sorted_out(result: Any, where: str) -> tuple[Kind, Array | Curves | Any]:
     if hasattr(result, "curves"):
         names = getattr(result, "names", ())
         return "curves", Curves(tuple(result.curves), result.closed, result.deviation, names)
-    if hasattr(result, "sweeps"):
+    if isinstance(result, ArcContours):
         return "arcs", result
+    if hasattr(result, "sweeps"):
+        return "arcs", ArcContours((result,))
     if hasattr(result, "vertices") and hasattr(result, "faces"):
         return "mesh", result
     if hasattr(result, "ShapeType"):  # the kernel's own name for what a shape is
@@ -171,4 +174,6 @@ def _sorted_out(result: Any, where: str) -> tuple[Kind, Array | Curves | Any]:
     if isinstance(result, Sequence) and result and all(isinstance(each, BSpline) for each in result):
         joined = np.array_equal(result[0].poles[0], result[-1].poles[-1])
         return "curves", Curves(tuple(result), joined)
+    if isinstance(result, Sequence) and result and all(hasattr(each, "sweeps") for each in result):
+        return "arcs", ArcContours(tuple(result))
     return "points", as_table(result, where)

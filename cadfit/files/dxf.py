@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from cadfit.arcing.result import Arcs
 from cadfit.bezier import Array
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.files.contours import ARC_PIECES, Contour, found, segment
-from cadfit.files.curves import Curves
+from cadfit.files.curves import ArcContours, Curves
 
 _CODES = {"mm": 4, "m": 6, "inch": 1}
 _MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 10: 914.4, 13: 0.001, 14: 100.0}  # of $INSUNITS
@@ -65,31 +65,40 @@ def read(path: Path, unit: str) -> Curves | Array:
     ])  # fmt: skip
 
 
-def write(path: Path, result: Curves | Arcs, unit: str) -> None:
-    """Write each curve as a SPLINE with its very poles and knots, or arcs as one LWPOLYLINE with bulges.
+def write(path: Path, result: Curves | ArcContours, unit: str) -> None:
+    """Write each curve as a SPLINE with its very poles and knots, contours of arcs as LWPOLYLINEs with bulges.
 
-    Layers are the names of the curves, the unit is that of the coordinates.
+    Layers are the names, the unit is that of the coordinates.
     """
     drawing = ezdxf.new("R2010", units=_CODES[unit])  # type: ignore[attr-defined]
-    space = drawing.modelspace()
-    if isinstance(result, Arcs):
-        if result.plane != "xy":
-            raise ValueError(f"polylines with bulges lie in the plane xy, not in {result.plane}")
-        bulges = np.tan(0.25 * result.sweeps)
-        rows = np.column_stack([result.starts[:, :2], bulges])
-        if not result.closed:
-            rows = np.concatenate([rows, [[*result.ends[-1, :2], 0.0]]])
-        level = {"elevation": float(result.starts[0, 2])} if result.starts.shape[1] == 3 else {}
-        space.add_lwpolyline(rows.tolist(), format="xyb", close=result.closed, dxfattribs=level)
-    else:
-        for curve, name in zip(result.curves, result.names or [""] * len(result.curves), strict=True):
-            poles = np.column_stack([curve.poles, np.zeros(len(curve.poles))]) if result.dimension == 2 else curve.poles
-            if name and name not in drawing.layers:
-                drawing.layers.add(name)
-            spline = space.add_spline(degree=DEGREE, dxfattribs={"layer": name or "0"})
-            spline.control_points, spline.knots = poles.tolist(), curve.knots.tolist()
-            spline.dxf.flags = 8 * (result.dimension == 2) + curve.closed
+    drawn: Sequence[Arcs | BSpline] = result.arcs if isinstance(result, ArcContours) else result.curves
+    for each, name in zip(drawn, result.names or [""] * len(drawn), strict=True):
+        if name and name not in drawing.layers:
+            drawing.layers.add(name)
+        attributes = {"layer": name or "0"}
+        if isinstance(each, Arcs):
+            _add_arcs(drawing.modelspace(), each, attributes)
+        else:
+            _add_spline(drawing.modelspace(), each, attributes)
     drawing.saveas(path)
+
+
+def _add_spline(space: Any, curve: BSpline, attributes: dict[str, Any]) -> None:
+    flat = curve.poles.shape[1] == 2
+    poles = np.column_stack([curve.poles, np.zeros(len(curve.poles))]) if flat else curve.poles
+    spline = space.add_spline(degree=DEGREE, dxfattribs=attributes)
+    spline.control_points, spline.knots = poles.tolist(), curve.knots.tolist()
+    spline.dxf.flags = 8 * flat + curve.closed
+
+
+def _add_arcs(space: Any, arcs: Arcs, attributes: dict[str, Any]) -> None:
+    if arcs.plane != "xy":
+        raise ValueError(f"polylines with bulges lie in the plane xy, not in {arcs.plane}")
+    rows = np.column_stack([arcs.starts[:, :2], np.tan(0.25 * arcs.sweeps)])
+    if not arcs.closed:
+        rows = np.concatenate([rows, [[*arcs.ends[-1, :2], 0.0]]])
+    level = {"elevation": float(arcs.starts[0, 2])} if arcs.starts.shape[1] == 3 else {}
+    space.add_lwpolyline(rows.tolist(), format="xyb", close=arcs.closed, dxfattribs=attributes | level)
 
 
 def _entities(parents: Any, others: list[str]) -> Iterator[Any]:

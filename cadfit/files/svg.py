@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 from cadfit.arcing.result import Arcs
 from cadfit.bezier import Array
 from cadfit.files.contours import ARC_PIECES, Contour, found, segment
-from cadfit.files.curves import Curves
+from cadfit.files.curves import ArcContours, Curves
 from cadfit.files.facts import extremes
 
 _MILLIMETRES = {"mm": 1.0, "m": 1000.0, "inch": 25.4}
@@ -59,16 +60,16 @@ def read(path: Path, unit: str) -> Curves | Array:
     return found(turned)
 
 
-def write(path: Path, result: Curves | Arcs, unit: str) -> None:
+def write(path: Path, result: Curves | ArcContours, unit: str) -> None:
     """Write curves as cubic Béziers, arcs as elliptical arcs, at their true size, the view box just around them."""
     scale = _MILLIMETRES[unit]
-    if isinstance(result, Arcs):
-        box = np.concatenate([result(k, np.linspace(0.0, 1.0, 65)) for k in range(len(result))])[:, :2]
-        drawn = [("", _of_arcs(result))]
+    if isinstance(result, ArcContours):
+        t = np.linspace(0.0, 1.0, 65)
+        box = np.concatenate([arcs(k, t) for arcs in result.arcs for k in range(len(arcs))])[:, :2]
+        drawn = [_of_arcs(arcs) for arcs in result.arcs]
     else:
         box = np.concatenate([extremes(curve) for curve in result.curves])[:, :2]
-        names = result.names or ("",) * len(result.curves)
-        drawn = [(name, _of_pieces(curve.pieces())) for name, curve in zip(names, result.curves, strict=True)]
+        drawn = [_of_pieces(curve.pieces()) for curve in result.curves]
     (left, low), (right, high) = box.min(axis=0).tolist(), box.max(axis=0).tolist()
     wide, tall = right - left, high - low
     lines = [
@@ -76,14 +77,13 @@ def write(path: Path, result: Curves | Arcs, unit: str) -> None:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide * scale!r}mm" height="{tall * scale!r}mm" '
         f'viewBox="{left!r} {-high!r} {wide!r} {tall!r}">',
     ]
-    ids = _unique([name for name, _ in drawn])
-    for k, (name, data) in enumerate(drawn):
-        named = f" id={quoteattr(ids[k])}" if name else ""
+    for name, data in zip(_unique(result.names) or [""] * len(drawn), drawn, strict=True):
+        named = f" id={quoteattr(name)}" if name else ""
         lines.append(f'<path{named} d="{data}" fill="none" stroke="#000" stroke-width="{0.002 * max(wide, tall)!r}"/>')
     path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
 
 
-def _unique(names: list[str]) -> list[str]:
+def _unique(names: Sequence[str]) -> list[str]:
     """Return the names, those that stood before with a number, as ids may not repeat."""
     ids: list[str] = []
     taken, seen = set(names), set[str]()
