@@ -11,7 +11,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import plot_spline
 
 WAYS = {
     "cardinal_spline\n(the paper's curve)": lambda points: cadfit.cardinal_spline(points, closed=True),
@@ -33,7 +32,7 @@ def main(folder):
         bend = np.linalg.norm(spline.curvature(u), axis=1)
         error = np.abs(np.linalg.norm(spline(u), axis=1) - 1.0).max()
         found[name.replace("\n", " ")] = (bend.min(), bend.max(), error)
-        plot_spline(spline, ax, points, poles=False, count=97, scale=0.35)
+        spline.plot(ax, points=points, poles=False, count=97, scale=0.35)
         ax.set_title(name, fontsize="medium")
         ax.set_xlabel(f"curvature {bend.min():.2f} to {bend.max():.2f}\nerror {error:.1e}", fontsize="small")
         ax.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), xticks=[], yticks=[])

@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.table import Table
 
 import cadfit
-from cadfit.plotting import plot_spline
 
 DATA = Path(__file__).parent / "data"
 CHORD = 200.0  # mm: the airfoil's coordinates are parts of its chord
@@ -47,9 +46,9 @@ def protein(folder):
 
 def picture_of_airfoil(path, spline, points):
     figure, (nose, whole) = plt.subplots(1, 2, figsize=(8.5, 3.1), width_ratios=[1, 2.35], layout="constrained")
-    plot_spline(spline, nose, points, count=3000, scale=4)
+    spline.plot(nose, points=points, count=3000, scale=4)
     nose.set(xlim=(-3.5, 6), ylim=(-5.2, 5.2), title="nose of RAE 2822")
-    plot_spline(spline, whole, points, poles=False, count=240, scale=4000)
+    spline.plot(whole, points=points, poles=False, count=240, scale=4000)
     whole.set(xlim=(-12, 214), ylim=(-40, 60), title="whole contour, its comb 1000 times as long")
     whole.legend(*nose.get_legend_handles_labels(), loc="upper right", ncols=4, fontsize="small", columnspacing=1.2)
     figure.savefig(path, dpi=160)
@@ -60,7 +59,7 @@ def picture_of_protein(path, spline, points, mesh):
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(7.6, 3.7), subplot_kw={"projection": "3d"}, layout="constrained"
     )
-    plot_spline(spline, left, points, count=600, scale=2.5)
+    spline.plot(left, points=points, count=600, scale=2.5)
     left.legend(loc="lower left", fontsize="small")
     right.plot_trisurf(*mesh.vertices.T, triangles=mesh.faces, color="#56B4E9", linewidth=0, antialiased=False)
     for ax in (left, right):

@@ -11,7 +11,7 @@ import numpy as np
 
 import cadfit
 from cadfit.bezier import split
-from cadfit.plotting import COMB, CURVE, POINTS, POLES, plot_spline
+from cadfit.plotting import COMB, CURVE, POINTS, POLES
 
 DATA = Path(__file__).parent / "data"
 
@@ -19,7 +19,7 @@ DATA = Path(__file__).parent / "data"
 def airfoil():
     fit = cadfit.fit(200 * cadfit.read(DATA / "rae2822.dat"), 0.02)
     figure, ax = plt.subplots(figsize=(8.0, 2.4), layout="constrained")
-    plot_spline(fit.spline, ax, points=fit.points)
+    fit.spline.plot(ax, points=fit.points)
     figure.legend(loc="outside lower center", fontsize="small", ncols=4)
     ax.set_title(f"{len(fit.points)} points, {fit.poles} poles, every point within 0.02", fontsize="medium")
     return figure, fit.poles

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import COMB, CURVE, POINTS, POLES, plot_spline
+from cadfit.plotting import COMB, CURVE, POINTS, POLES
 
 DATA = Path(__file__).parent / "data"
 FALLING = np.arange(0.95, 0.49, -0.05)
@@ -61,19 +61,19 @@ def planar(name, points, fractions):
     figure.suptitle(f"Experiment {name}" + f", {stretch:.0f} times as tall" * (stretch > 1.0), fontsize="medium")
     (a, b, c), approximations = axes
     pieces = cadfit.cardinal_pieces(points)
-    plot_spline(cadfit.pieces_to_spline(pieces), a, points, poles=False, comb=False)
-    plot_spline(cadfit.pieces_to_spline(pieces), b, comb=False, poles=False)
+    cadfit.pieces_to_spline(pieces).plot(a, points=points, poles=False, comb=False)
+    cadfit.pieces_to_spline(pieces).plot(b, comb=False, poles=False)
     polygon = np.concatenate([pieces[:, :3].reshape(-1, 2), pieces[-1:, 3]])
     marks = {"marker": "s", "markersize": min(2.0, 100.0 / len(points)), "zorder": 1}  # below the curve
     b.plot(*polygon.T, color=POLES, linewidth=0.5, **marks)
-    plot_spline(cadfit.cardinal_spline(points), c, points, poles=False, comb=False)
+    cadfit.cardinal_spline(points).plot(c, points=points, poles=False, comb=False)
     for ax, title in ((a, "(a) cardinal spline"), (b, "(b) Bézier pieces"), (c, "(c) C2 B-spline")):
         ax.set_title(title, fontsize="small")
     found = {}
     for ax, letter, fraction in zip(approximations, "def", fractions, strict=True):
         paper, best = (cadfit.dominant_points(points, fraction=fraction, method=each) for each in ("paper", "best"))
         found[fraction] = paper.square_error, best.square_error
-        plot_spline(cadfit.cardinal_spline(points[paper.indices]), ax, points[paper.indices], poles=False, comb=False)
+        cadfit.cardinal_spline(points[paper.indices]).plot(ax, points=points[paper.indices], poles=False, comb=False)
         rest = np.delete(points, paper.indices, axis=0)
         ax.plot(*rest.T, linestyle="none", marker="x", markersize=4.0, color=COMB)
         errors = f"error {paper.square_error:.3g} (default: {best.square_error:.2g})"

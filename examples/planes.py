@@ -11,7 +11,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import plot_spline
 
 TENSIONS = 0.3, 0.9  # of the plane x, y and of the plane x, z
 
@@ -30,13 +29,13 @@ def main(folder):
     figure = plt.figure(figsize=(8.5, 3.4), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
     space = figure.add_subplot(grid[:, 0], projection="3d")
-    plot_spline(spline, space, points, count=250, scale=1.0)
+    spline.plot(space, points=points, count=250, scale=1.0)
     space.set(xlabel="x", ylabel="y", zlabel="z", title="merged in space")
     space.view_init(28, -70)
     space.locator_params(nbins=4)
     for row, (axis, pieces) in enumerate(zip("yz", flat, strict=True)):
         ax = figure.add_subplot(grid[row, 1])
-        plot_spline(cadfit.c2_spline(pieces), ax, points[:, [0, row + 1]], comb=False)
+        cadfit.c2_spline(pieces).plot(ax, points=points[:, [0, row + 1]], comb=False)
         ax.set(ylabel=axis, title=f"plane x, {axis}: tension {TENSIONS[row]}")
     ax.set_xlabel("x")
     space.legend(fontsize="x-small", loc="upper right")

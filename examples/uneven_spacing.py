@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import plot_spline
 
 
 def main(folder):
@@ -30,7 +29,7 @@ def main(folder):
         far = cadfit.deviation(spline, points)
         longer = spline.length() / gaps.sum() - 1.0
         found[parameters] = {"backwards": backwards, "between": far.between, "longer": longer}
-        plot_spline(spline, ax, points, poles=False, comb=False)
+        spline.plot(ax, points=points, poles=False, comb=False)
         ax.set(xlim=(-0.4, 8.4), ylim=(-1.2, 1.3))
         said = f"up to {far.between:.2g} off its chords, {longer:.0%} longer than they are"
         ax.set_title(f"{parameters}: {said}", fontsize="medium")
