@@ -457,3 +457,8 @@ def test_turns_of_a_coil_that_touch_are_reported():
     with pytest.warns(UserWarning, match=r"is too near for a radius of 1; a radius below 0\.7\d* would do"):
         tube(coil, 1.0)
     tube(coil, 0.75)
+
+
+def test_a_profile_of_points_is_told_to_use_of():
+    with pytest.raises(TypeError, match=r"hole 0 must be a cadfit.BSpline, not list; Profile\.of takes polygons"):
+        Profile(Profile.of([[0, 0], [4, 0], [0, 4]]).outline, ([[1, 1], [2, 1], [1, 2]],))

@@ -26,7 +26,8 @@ class Profile:
     and `cadfit.polyline` make them. The outline is turned counterclockwise, holes clockwise. `Profile.of` takes
     polygons, fits and several curves as well.
 
-    Raises ValueError for another dimension, a curve that is not closed, and one that encloses no area.
+    Raises TypeError for anything but a BSpline, ValueError for another dimension, a curve that is not closed, and one
+    that encloses no area.
 
     >>> square = Profile.of([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     >>> round(square.area, 12), round(square.reach, 6)
@@ -138,6 +139,10 @@ def _loop(shape: Any) -> BSpline:
 
 def _turned(loop: BSpline, way: float, name: str) -> BSpline:
     """Return the loop running counterclockwise (`way` 1.0) or clockwise (-1.0), checked."""
+    if not isinstance(loop, BSpline):
+        raise TypeError(
+            f"{name} must be a cadfit.BSpline, not {type(loop).__name__}; Profile.of takes polygons and fits"
+        )
     if loop.poles.shape[1] != 2:
         raise ValueError(f"{name} of the profile must have 2 dimensions, not {loop.poles.shape[1]}")
     gap = float(np.linalg.norm(loop.poles[-1] - loop.poles[0]))
