@@ -24,6 +24,7 @@ NEEDS = {  # the module that a block needs, by what is in it
     "cadquery": r"cadquery",
     "OCP": r"\.(step|stp|brep)\b|\bocct\b",
     "ezdxf": r"ezdxf|\.dxf\b",
+    "svgelements": r"\.svg\b",
     "dask": r"\bdask\b",
 }
 ELSEWHERE = ("pip ", "python ", "make ", "pytest ")  # what installs or measures is not run here

@@ -73,6 +73,21 @@ def test_curves_read_back_bit_for_bit_from_json(folder, curves, closed, away):
             assert getattr(back.deviation, name) == getattr(deviation, name)
 
 
+def test_names_of_curves_read_back_from_json(tmp_path):
+    curves = (cardinal_spline([[0, 0], [1, 2], [3, 3]]), cardinal_spline([[0, 0], [1, 2], [4, 3]]))
+    assert write_read(tmp_path / "a.json", Curves(curves, False, names=("hölle", ""))).names == ("hölle", "")
+    assert write_read(tmp_path / "a.json", Curves(curves, False)).names == ()
+    assert "names" not in json.loads((tmp_path / "a.json").read_text()), "as files without names always were"
+    content = json.loads((tmp_path / "a.json").read_text())
+    for names, expected in (
+        (["a"], "2 curves need as many names or none, not 1"),
+        (["a", 3], '"names" must be a list'),
+    ):
+        (tmp_path / "a.json").write_text(json.dumps(content | {"names": names}))
+        with pytest.raises(ValueError, match=expected):
+            read(tmp_path / "a.json")
+
+
 @given(curve=splines())
 @settings(max_examples=30, deadline=None)
 def test_one_curve_of_any_dimension_is_written_as_it_is(folder, curve):

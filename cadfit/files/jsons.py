@@ -1,8 +1,8 @@
 """Points and curves as JSON; numbers by repr, so every float64 reads back bit for bit.
 
 A curve file is {"cadfit": 1, "curves": [{"degree": 3, "poles": [[...], ...], "knots": [...]}, ...], "closed": ...,
-"deviation": {"points": ..., "between": ..., "rms": ..., "worst": ...} or null}; a point file a list of rows, or
-{"points": [rows]}.
+"deviation": {"points": ..., "between": ..., "rms": ..., "worst": ...} or null}, where they have names with "names":
+["...", ...]; a point file a list of rows, or {"points": [rows]}.
 """
 
 from __future__ import annotations
@@ -54,6 +54,8 @@ def write(path: Path, result: Array | Curves, unit: str) -> None:
         if (d := result.deviation) is not None:
             numbers = {"points": float(d.points), "between": float(d.between), "rms": float(d.rms)}
             content["deviation"] = {**numbers, "worst": int(d.worst)}
+        if result.names:
+            content["names"] = list(result.names)
     else:
         content = {"points": result.tolist()}
     path.write_text(json.dumps(content, allow_nan=False) + "\n", encoding="utf-8")
@@ -67,7 +69,11 @@ def _curves(content: dict[str, Any]) -> Curves:
         raise ValueError(f'"curves" must be a list of curves, not {_short(curves)}')
     if not isinstance(closed, bool):
         raise ValueError(f'"closed" must be true or false, not {_short(closed)}')
-    return Curves(tuple(_curve(k, c) for k, c in enumerate(curves)), closed, _deviation(content.get("deviation")))
+    names = content.get("names", [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f'"names" must be a list of strings, not {_short(names)}')
+    splines = tuple(_curve(k, each) for k, each in enumerate(curves))
+    return Curves(splines, closed, _deviation(content.get("deviation")), tuple(names))
 
 
 def _curve(k: int, content: dict[str, Any]) -> BSpline:
