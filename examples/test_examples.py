@@ -190,6 +190,19 @@ def test_toolpath(tmp_path):
     assert shows(tmp_path / "toolpath.png", VERMILION, 1000)
 
 
+def test_drawing(tmp_path):
+    pytest.importorskip("ezdxf")
+    pytest.importorskip("svgelements")
+    found = example("drawing")(tmp_path)
+    assert set(found["names"]) == {("outline", "spar", "lightening", "cable")}
+    assert found["deviation"] <= 0.05
+    vertices, poles, arcs = found["counts"]
+    assert vertices >= 20 * max(poles, arcs)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drawing.png", "rib.dxf", "rib_arcs.dxf"]
+    assert shows(tmp_path / "drawing.png", VERMILION, 300)
+    assert shows(tmp_path / "drawing.png", BLUE, 1000)
+
+
 def test_paper_experiments(tmp_path):
     found = example("paper_experiments")(tmp_path)
     for number in (1, 2, 3, 4):
