@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+pytest.importorskip("OCP", reason="needs OCP: install cadfit[build123d] or cadfit[cadquery]")
+
 import cadfit
 from cadfit.occt.approximating import approximate
 from cadfit.report.compare import by_method
