@@ -2,10 +2,11 @@
 paths, threads of our own), each as a tube and as a bar, and what is wrong with the result, counted.
 
 A tube has a radius of 1/300 of the path's size, on neurons one that varies; a bar is 3 by 1 of these; the tolerance is
-a fifth of it. Where cadfit says that a sweep would pass through itself, that is counted as said, and the repaired mesh
-is looked at instead. Wrong is: an exception, a mesh that is not watertight or wound both ways, a volume that is not
-above zero, a face without area in a mesh that was not repaired, a volume off by more than 0.1 % of area times length
-where nothing was said.
+a fifth of it. Paths are cut to their first 80 points; each sweep has a limit of 30 seconds. Where cadfit says that a
+sweep would pass through itself, that is counted as said, and the repaired mesh is looked at instead. Wrong is: an
+exception, a mesh that is not watertight or wound both ways, a volume that is not above zero, a face without area in a
+mesh that was not repaired, a volume off by more than 0.1 % of area times length where nothing was said, and no answer
+within the limit.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ import numpy as np
 import cadfit
 from cadfit.sweeping.selfintersection import SelfIntersectionError
 
+from limited import limited
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import corpus_data
 
@@ -35,6 +38,7 @@ FAMILIES = {
 }
 FAMILIES |= {"toolpath_mill": 15, "cad_edge": 10}
 THREADS = 10
+LIMIT = 30.0  # seconds for a sweep
 
 
 def paths() -> list[tuple[str, cadfit.BSpline]]:
@@ -103,7 +107,8 @@ def table() -> str:
         count = counts.setdefault(family, Counter())
         count["paths"] += 1
         for name, (call, area) in sweeps.items():
-            bad, said = judged(call, area, path)
+            answer, _ = limited(LIMIT, judged, call, area, path)
+            bad, said = answer or (f"no answer in {LIMIT:g} s", False)
             count["said"] += said
             if bad:
                 count["wrong"] += 1

@@ -5,6 +5,7 @@ import pytest
 import trimesh
 
 from cadfit import BSpline, Profile, cardinal_spline, local_spline, polyline, sweep, tube
+from cadfit.sweeping import selfintersection
 from cadfit.sweeping.selfintersection import SelfIntersectionError, SelfIntersectionWarning
 
 from selfcrossing import crossing_faces
@@ -161,3 +162,13 @@ def test_random_paths(seed):
         assert worst.largest <= radius
     else:
         assert crossing_faces(mesh) == 0
+
+
+def test_a_path_that_crowds_is_still_said_to_touch_itself(monkeypatch):
+    path = local_spline(np.random.default_rng(3).normal(size=(120, 3)))
+    places = path(np.linspace(*path.domain, 3_000))
+    everything = len(selfintersection._pairs(places, 1.0))
+    monkeypatch.setattr(selfintersection, "_MOST_PAIRS", 20_000)
+    assert everything > 200_000
+    assert 3_000 < len(selfintersection._pairs(places, 1.0)) < 40_000
+    assert said_of(path, 0.02)[-1].kind == "near"

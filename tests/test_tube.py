@@ -461,3 +461,19 @@ def test_real_curves():
             assert mesh.volume == pytest.approx(np.pi * radius**2 * path.length(), rel=1e-3), curve
     assert len(curves) >= 20
     assert smooth >= 5
+
+
+@pytest.mark.parametrize("profile", [None, [[-1, -1], [1, -1], [0, 1]]], ids=["tube", "sweep"])
+def test_a_mesh_too_large_to_build_is_refused_with_the_place(profile):
+    t = np.linspace(0.0, 40.0 * np.pi, 500)
+    path = cadfit.local_spline(np.column_stack([np.cos(t), np.sin(t), t]))
+    message = r"more than [\d,]+ rings, which crowd at .* near \([-\d., e]+\): .* too small"
+    with pytest.raises(ValueError, match=message):
+        tube(path, 0.1, 1e-11) if profile is None else cadfit.sweep(path, 0.1 * np.array(profile), 2e-12)
+
+
+def test_rings_near_a_cusp_grow_no_faster_than_its_turn_asks():
+    knots = [0, 0, 0, 0, 1, 1, 1, 1]
+    for height in (1e-3, 1e-6, 1e-9):
+        path = BSpline([[0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, height]], knots)
+        assert stationed(chain(path), 0.1, 1e-5)[0].shape[1] < 3_000

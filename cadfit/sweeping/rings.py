@@ -15,11 +15,10 @@ from cadfit.sweeping.frames import Frames
 from cadfit.sweeping.laws import is_constant
 from cadfit.sweeping.mesh import swelling
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.stations import chain, station_parameters
+from cadfit.sweeping.stations import chain, most_rings, station_parameters
 
 _ROUNDS = 12  # of looking at the chords and cutting those that stray
 _FEW = 24  # fibres that are looked at
-_MOST = 2_000_000  # rings: more is a mistake in the tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +64,7 @@ def placed(course: Course, section: Section, tolerance: float) -> tuple[Rings, l
     for k, leg in enumerate(course.legs):
         u = _stations(leg, section, tolerance)
         if not (course.steady and section.constant):
-            u = _refined(u, _ring_maker(course, k, section), tolerance)
+            u = _refined(u, _ring_maker(course, k, section), tolerance, _most(section))
         f, turned = course.at(k, u)
         points = _ring_points(u, f, section, turned)
         larger = _swell(f, course.closed and not course.joints, section.reach, tolerance)
@@ -76,7 +75,7 @@ def placed(course: Course, section: Section, tolerance: float) -> tuple[Rings, l
 
 def _stations(leg: BSpline, section: Section, tolerance: float) -> Array:
     """Return the stations that the path's bends ask for, and the knots of what varies."""
-    u = station_parameters(chain(leg), section.reach, tolerance)
+    u = station_parameters(chain(leg), section.reach, tolerance, _most(section))
     laws = [law for law in (*section.scales, section.twist) if not is_constant(law)]
     if not laws:
         return u
@@ -86,6 +85,10 @@ def _stations(leg: BSpline, section: Section, tolerance: float) -> Array:
     inner = inner[(inner > low + near) & (inner < high - near)]
     u = np.sort(np.concatenate([u, inner]))
     return np.asarray(u[np.concatenate([[True], np.diff(u) > near])])
+
+
+def _most(section: Section) -> int:
+    return most_rings(sum(map(len, section.loops)))
 
 
 def _ring_maker(course: Course, leg: int, section: Section) -> Callable[[Array], Array]:
@@ -106,7 +109,7 @@ def _ring_points(u: Array, f: Frames, section: Section, turned: Array) -> Array:
     return np.asarray(f.origins[:, None] + section.at(u, turned) @ axes)
 
 
-def _refined(u: Array, rings: Callable[[Array], Array], tolerance: float) -> Array:
+def _refined(u: Array, rings: Callable[[Array], Array], tolerance: float, most: int) -> Array:
     """Return more stations where fibres stray from their chords by more than the tolerance, seen at the quarters."""
     quarters = np.array([0.25, 0.5, 0.75])
     todo = np.ones(len(u) - 1, dtype=bool)
@@ -120,8 +123,11 @@ def _refined(u: Array, rings: Callable[[Array], Array], tolerance: float) -> Arr
         counts[at] = np.clip(np.ceil(np.sqrt(away / tolerance) - 1e-6), 1, 64)
         if (counts == 1).all():
             break
-        if counts.sum() > _MOST:
-            raise ValueError(f"the sweep would need more than {_MOST} rings: is the tolerance too small?")
+        if counts.sum() > most:
+            place = f"the parameter {u[np.argmin(steps / counts)]:g}"
+            raise ValueError(
+                f"the mesh would need more than {most:,} rings, which crowd at {place}: is the tolerance too small?"
+            )
         owner = np.repeat(np.arange(len(steps)), counts)
         within = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
         todo = counts[owner] > 1

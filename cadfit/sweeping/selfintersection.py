@@ -14,6 +14,9 @@ from cadfit.sweeping.triangles import crossing
 
 _APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet, unless a bend is too tight
 _MOST_SAMPLES = 200_000
+_MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
+_ASKED = 500  # places that are asked how many others are near
+_PAIRS_AT_ONCE = 1 << 12
 _AT_ONCE = 1 << 20  # triangles whose boxes are looked at in one go
 
 
@@ -76,7 +79,7 @@ def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> A
     for spacing in (8, 1):
         samples = np.minimum(unit * marks, s[-1])
         places = np.column_stack([np.interp(samples, s, ends[:, k]) for k in range(3)])
-        found = cKDTree(places).query_pairs(2.0 * reach + spacing * unit, output_type="ndarray")
+        found = _pairs(places, 2.0 * reach + spacing * unit)
         turned = np.interp(samples, s, turns)
         between = np.abs(turned[found[:, 0]] - turned[found[:, 1]])
         if closed:
@@ -87,7 +90,27 @@ def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> A
         # Finer ones only about those that are near others.
         finer = marks[np.unique(found)][:, None] + np.arange(-8, 9)
         marks = np.unique(np.clip(finer, 0, int(s[-1] / unit) + 1))
-    return np.asarray(samples[found])
+    nearest = np.argsort(_lengths_between(places, found), kind="stable")
+    return np.asarray(samples[found[nearest]])
+
+
+def _pairs(places: Array, distance: float) -> Ints:
+    """Return the rows (p, 2) of places (n, 3) within a distance, or a shorter one where these would be too many."""
+    tree = cKDTree(places)
+    some = places[:: max(1, len(places) // _ASKED)]
+    least = 1e-3 * distance
+    while (
+        len(places) ** 2 > 2 * _MOST_PAIRS
+        and distance > least
+        and tree.query_ball_point(some, distance, return_length=True).mean() * len(places)
+        > 2 * _MOST_PAIRS + len(places)
+    ):
+        distance *= 0.7
+    return np.asarray(tree.query_pairs(distance, output_type="ndarray"))
+
+
+def _lengths_between(places: Array, pairs: Ints) -> Array:
+    return np.asarray(np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1))
 
 
 def _lengths(rows: Array) -> Array:
@@ -99,6 +122,7 @@ def _lengths(rows: Array) -> Array:
 def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach: float) -> list[tuple[int, int]]:
     """Return pairs of rings i < j whose walls, up to the next ring, pass through each other, those nearest first.
 
+    Of the parts that come near each other the nearest are looked at first, and no more of them once some do.
     `points` (n, k, 3) are the rings of one outline, no farther than `reach` from their centres. Rings closer than a
     tenth of a reach are passed over, and walls between which the path turns by less than a right angle not compared.
     """
@@ -107,16 +131,27 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
         return []
     s, rows = _thinned(centres, tangents, closed, 0.1 * reach)
     rings = np.concatenate([points, points[:1]])[rows] if closed else points[rows]
-    steps = _steps_between(pairs, s, 0.5 * reach, closed)
-    slabs = np.concatenate([rings[:-1], rings[1:]], axis=1)
+    for start in range(0, len(pairs), _PAIRS_AT_ONCE):
+        steps = _steps_between(pairs[start : start + _PAIRS_AT_ONCE], s, 0.5 * reach, closed)
+        both = _meeting(rings, steps)
+        if len(both):
+            middles = 0.5 * (rings[1:] + rings[:-1]).mean(axis=1)
+            apart = np.linalg.norm(middles[both[:, 0]] - middles[both[:, 1]], axis=1)
+            return [(int(rows[a]), int(rows[b])) for a, b in both[np.argsort(apart)].tolist()]
+    return []
+
+
+def _meeting(rings: Array, steps: Ints) -> Ints:
+    """Return those pairs (p, 2) of steps from ring to ring (n, k, 3) whose walls pass through each other."""
+    used, numbers = np.unique(steps, return_inverse=True)
+    slabs = np.concatenate([rings[used], rings[used + 1]], axis=1)
     low, high = slabs.min(axis=1), slabs.max(axis=1)
-    i, j = steps[((low[steps[:, 0]] <= high[steps[:, 1]]) & (low[steps[:, 1]] <= high[steps[:, 0]])).all(axis=1)].T
-    used, numbers = np.unique(np.stack([i, j]), return_inverse=True)
-    i, j = numbers.reshape(2, -1)
-    low, high = low[used], high[used]
+    i, j = numbers.reshape(-1, 2).T
+    near = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
+    i, j = i[near], j[near]
     triangles = _wall_triangles(rings[used], rings[used + 1])
     lowest, highest = triangles.min(axis=2), triangles.max(axis=2)
-    found = []
+    found = [np.empty((0, 2), dtype=np.intp)]
     chunk = max(1, _AT_ONCE // triangles.shape[1])
     for start in range(0, len(i), chunk):
         a, b = i[start : start + chunk], j[start : start + chunk]
@@ -128,10 +163,7 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
         meet = ((lowest[ends[:2]] <= highest[ends[2:]]) & (lowest[ends[2:]] <= highest[ends[:2]])).all(axis=1)
         hit = crossing(*(triangles[ends[k][meet], ends[k + 1][meet]] for k in (0, 2)))
         found.append(used[np.column_stack([a, b])[np.unique(pair[meet][hit])]])
-    both = np.concatenate(found) if found else np.empty((0, 2), dtype=np.intp)
-    middles = 0.5 * (rings[1:] + rings[:-1]).mean(axis=1)
-    apart = np.linalg.norm(middles[both[:, 0]] - middles[both[:, 1]], axis=1)
-    return [(int(rows[a]), int(rows[b])) for a, b in both[np.argsort(apart)].tolist()]
+    return np.concatenate(found)
 
 
 def _thinned(centres: Array, tangents: Array, closed: bool, step: float) -> tuple[Array, Ints]:

@@ -22,6 +22,7 @@ _SPARE = 0.1  # as are the last parts when they need no more than this share of 
 _MANY = 8  # the most parts that a part is cut into before it is looked at again
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes after and before x, y and z
 _TINY = 1e-100  # in place of zero under a fraction; its cube is a number still
+_MOST_VERTICES = 20_000_000  # of a mesh: more is a mistake in the tolerance, and would not fit many machines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,15 @@ class Chain:
         return Chain(*(getattr(self, name)[..., which] for name in self.__slots__))
 
 
+def most_rings(corners: int) -> int:
+    """Return how many rings of so many corners a mesh may have.
+
+    >>> most_rings(16)
+    1250000
+    """
+    return _MOST_VERTICES // corners
+
+
 def chain(path: BSpline) -> Chain:
     """Return the parts of a path in three dimensions, one a knot span, but for the spans that are one point.
 
@@ -66,7 +76,7 @@ def chain(path: BSpline) -> Chain:
     return whole if moves.all() else whole[moves]
 
 
-def stationed(whole: Chain, radius: float, tolerance: float) -> tuple[Array, Array]:
+def stationed(whole: Chain, radius: float, tolerance: float, most: int = _MOST_VERTICES) -> tuple[Array, Array]:
     """Return the points and the unit tangents (3, n) of a path where the rings of a tube are to stand, both ends too.
 
     Between two rings the centre line and the outermost fibre of a tube of that radius stray from their chords by at
@@ -75,23 +85,25 @@ def stationed(whole: Chain, radius: float, tolerance: float) -> tuple[Array, Arr
     Parts shorter than a thousandth of the tolerance, as next to a cusp, are not cut further. The number of rings grows
     as the square root of 1 / tolerance.
 
+    Raises ValueError naming a place where the rings crowd for a path that needs more than `most`.
+
     >>> straight = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> stationed(chain(straight), 1.0, 1e-6)[0]
     array([[0., 9.],
            [0., 0.],
            [0., 0.]])
     """
-    return _placed(*_divided(whole, radius, tolerance))
+    return _placed(*_divided(whole, radius, tolerance, most))
 
 
-def station_parameters(whole: Chain, radius: float, tolerance: float) -> Array:
+def station_parameters(whole: Chain, radius: float, tolerance: float, most: int = _MOST_VERTICES) -> Array:
     """Return the parameters (n,) at which `stationed` places its rings, rising.
 
     >>> straight = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> station_parameters(chain(straight), 1.0, 1e-6)
     array([0., 1.])
     """
-    parts, counts = _divided(whole, radius, tolerance)
+    parts, counts = _divided(whole, radius, tolerance, most)
     owner, t = _shared(counts)
     return np.append(parts.starts[owner] + t * parts.widths[owner], whole.starts[-1] + whole.widths[-1])
 
@@ -222,7 +234,7 @@ def _cut(parts: Chain, counts: Ints) -> Chain:
     return _bounded(origins, share * inner, parts.starts[owner] + t * widths, share * widths)
 
 
-def _divided(whole: Chain, radius: float, tolerance: float) -> tuple[Chain, Ints]:
+def _divided(whole: Chain, radius: float, tolerance: float, most: int) -> tuple[Chain, Ints]:
     """Return parts of a path, in order, and the number of steps that each of them needs: see `stationed`."""
     todo, done, total = whole, [], 0.0
     while True:
@@ -230,6 +242,8 @@ def _divided(whole: Chain, radius: float, tolerance: float) -> tuple[Chain, Ints
         needed = np.maximum(np.sqrt((todo.lengths + radius * turns) * turns / (8.0 * tolerance)), turns / STEEPEST)
         needed[todo.lengths <= 1e-3 * tolerance] = 1.0
         counts = np.maximum(np.ceil(needed - 1e-9), 1.0)
+        if total + len(todo) > most:  # a ring a part is the least
+            raise _crowded(todo, counts, tolerance, most)
         # A part that does not bend evenly gets more rings than it needs: it is cut and looked at again, unless they are
         # few, its own or among all.
         uneven = counts > _FEW
@@ -241,12 +255,24 @@ def _divided(whole: Chain, radius: float, tolerance: float) -> tuple[Chain, Ints
         done.append((todo[~uneven], counts[~uneven]))
         total += counts[~uneven].sum()
         todo = _cut(todo[uneven], np.clip(counts[uneven] / _FEW, 2, _MANY).astype(np.intp))
+    if total + counts.sum() > most:
+        raise _crowded(todo, counts, tolerance, most)
     if len(done) > 1:
         every = (np.concatenate([getattr(part, name) for part, _ in done], axis=-1) for name in Chain.__slots__)
         todo, counts = Chain(*every), np.concatenate([counts for _, counts in done])
         order = np.argsort(todo.starts, kind="stable")
         todo, counts = todo[order], counts[order]
     return todo, counts.astype(np.intp)
+
+
+def _crowded(parts: Chain, counts: Array, tolerance: float, most: int) -> ValueError:
+    """Return the error that a path needs too many rings, with the place where they are nearest each other."""
+    k = int(np.argmin(parts.lengths / counts))
+    place = ", ".join(f"{value:g}" for value in parts.origins[:, k])
+    return ValueError(
+        f"the mesh would need more than {most:,} rings, which crowd at the parameter {parts.starts[k]:g}, "
+        f"near ({place}): is the tolerance, {tolerance:.3g} for this, too small?"
+    )
 
 
 def _placed(parts: Chain, counts: Ints) -> tuple[Array, Array]:

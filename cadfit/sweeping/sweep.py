@@ -83,7 +83,8 @@ def sweep(
     meshes have none. `progress` is called with the part that is done, from 0 to 1, a few times; raising from it stops.
 
     Raises TypeError for what is no path or profile, ValueError for a scale or tolerance that is not above zero, a
-    twist or scale that does not close with the path, and as `frames`, `Profile` and `laws.law_of` do.
+    twist or scale that does not close with the path, a mesh of more than 20 million vertices, and as
+    `frames`, `Profile` and `laws.law_of` do.
 
     >>> from cadfit.joining import polyline
     >>> mesh = sweep(polyline([[0, 0, 0], [5, 0, 0], [5, 5, 0]]), [[-1, -1], [1, -1], [1, 1], [-1, 1]])

@@ -15,7 +15,7 @@ from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.mesh import around, disc, sides_for
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing, near_parts, touching
-from cadfit.sweeping.stations import breaks, chain, stationed, tightest
+from cadfit.sweeping.stations import breaks, chain, most_rings, stationed, tightest
 from cadfit.sweeping.sweep import Caps, OnSelfIntersection, Wanted, path_of, positive, swept
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     u, bend = tightest(whole, radius)
     u = min(u, path.domain[1])  # a bend at the very end may be rounded beyond it
     found = [Crossing("bend" if bend > 0.0 else "cusp", u, path(u), radius, bend)] if bend <= radius else []
-    points, tangents = stationed(whole, radius, 0.5 * wanted.tolerance)
+    points, tangents = stationed(whole, radius, 0.5 * wanted.tolerance, most_rings(sides))
     wanted.progress(0.3)
     mesh = around(points, tangents, path.closed, radius, sides, 0.5 * wanted.tolerance)
     wanted.progress(0.6)
