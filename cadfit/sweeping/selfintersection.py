@@ -16,7 +16,7 @@ _APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet,
 _MOST_SAMPLES = 200_000
 _MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
 _ASKED = 500  # places that are asked how many others are near
-_PAIRS_AT_ONCE = 1 << 12
+_PAIRS_AT_FIRST, _PAIRS_AT_ONCE = 1 << 5, 1 << 12
 _AT_ONCE = 1 << 20  # triangles whose boxes are looked at in one go
 
 
@@ -131,8 +131,10 @@ def touching(points: Array, centres: Array, tangents: Array, closed: bool, reach
         return []
     s, rows = _thinned(centres, tangents, closed, 0.1 * reach)
     rings = np.concatenate([points, points[:1]])[rows] if closed else points[rows]
-    for start in range(0, len(pairs), _PAIRS_AT_ONCE):
-        steps = _steps_between(pairs[start : start + _PAIRS_AT_ONCE], s, 0.5 * reach, closed)
+    start, some = 0, _PAIRS_AT_FIRST
+    while start < len(pairs):
+        steps = _steps_between(pairs[start : start + some], s, 0.5 * reach, closed)
+        start, some = start + some, min(2 * some, _PAIRS_AT_ONCE)
         both = _meeting(rings, steps)
         if len(both):
             middles = 0.5 * (rings[1:] + rings[:-1]).mean(axis=1)
