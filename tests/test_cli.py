@@ -296,13 +296,18 @@ def test_names_the_terminal_has_no_letters_for(here):
     assert done.stdout.startswith("h\\xf6he.csv\n")
 
 
+def heeding_ctrl_c():
+    """Undo in a child what tests started in the background inherit: they ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a pipe with a name")
 def test_ctrl_c_leaves_nothing_half_written(here):
     os.mkfifo("slow.csv")
     write("out.json", HELIX)
     whole = (here / "out.json").read_bytes()
     arguments = [sys.executable, "-m", "cadfit.cli", "fit", "slow.csv", "-o", "out.json"]
-    child = subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True)
+    child = subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True, preexec_fn=heeding_ctrl_c)
     with open("slow.csv", "w") as pipe:  # opens once the child reads, which it does until the pipe is closed
         pipe.write("1,2\n3,4\n")
         pipe.flush()
@@ -467,7 +472,7 @@ def test_ctrl_c_with_several_processes(here, to_all):
     arguments = [sys.executable, "-m", "cadfit.cli", "fit", *(f"{k}.csv" for k in range(60)), "-o", "out"]
     child = subprocess.Popen(
         [*arguments, "--format", "json", "-t", "1e-4", "--effort", "fast", "--jobs", "2"],
-        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heeding_ctrl_c,
     )  # fmt: skip
     end = time.monotonic() + 60
     while time.monotonic() < end and len(workers := children(child.pid)) < 2:
