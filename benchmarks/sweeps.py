@@ -1,4 +1,4 @@
-"""Real paths swept: 200 curves of the corpus (vessels' and neurons' centrelines, cable-like traces, race tracks, tool
+"""Real paths swept: 170 curves of the corpus (vessels' and neurons' centrelines, cable-like traces, race tracks, tool
 paths, threads of our own), each as a tube and as a bar, and what is wrong with the result, counted.
 
 A tube has a radius of 1/300 of the path's size, on neurons one that varies; a bar is 3 by 1 of these; the tolerance is
@@ -17,7 +17,9 @@ from collections import Counter
 from pathlib import Path
 from time import perf_counter
 
+import manifold3d  # noqa: F401  here, or every process imports it again
 import numpy as np
+import trimesh  # noqa: F401
 
 import cadfit
 from cadfit.sweeping.selfintersection import SelfIntersectionError
