@@ -4,4 +4,4 @@ from importlib.util import find_spec
 
 collect_ignore_glob = [] if find_spec("OCP") else ["cadfit/occt/*", "cadfit/files/kernel.py"]
 collect_ignore_glob += [] if find_spec("cadquery") else ["cadfit/cadquery/*", "examples/cadquery/*"]
-collect_ignore_glob += [] if find_spec("build123d") else ["cadfit/build123d/*"]
+collect_ignore_glob += [] if find_spec("build123d") else ["cadfit/build123d/*", "examples/build123d_cases.py"]
