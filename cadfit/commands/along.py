@@ -69,7 +69,9 @@ def way_in(source: Path, how: How, unit: str, column: str | None = None) -> Way:
     """Return the path in a file of points or curves.
 
     `column` is the name or the number ("#4") of a column of a point file that is no coordinate: its values come with
-    the parameters they stand at. Raises ValueError for options that do not go with curves, and a column there is not.
+    the parameters they stand at.
+
+    Raises ValueError for methods of `cadfit fit` alone, options that do not go with curves, and a column there is not.
     """
     import numpy as np
 
@@ -80,6 +82,8 @@ def way_in(source: Path, how: How, unit: str, column: str | None = None) -> Way:
     from cadfit.joining import join
     from cadfit.methods import How, made
 
+    if how.method in ("tolerance", "dominant"):
+        raise ValueError(f"--method {how.method} is for cadfit fit: write its curve to a .json, and sweep that")
     found = read(source, unit)
     if isinstance(found, Curves):
         if how != How():

@@ -22,7 +22,7 @@ from cadfit.commands.along import (
     up_of,
     way_in,
 )
-from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
+from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Out, Quiet, Tension, Unit, Verbose
 from cadfit.commands.terminal import about, busy, report, timed
 
 
@@ -63,8 +63,6 @@ def sweep(
         with about(profile[0]):
             shape = Profile.of(*loops)
         with about(source):
-            if method in (Method.tolerance, Method.dominant):
-                raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
             size: Any = number_or_name(scale)
             how = How(method, closed, tension, curvature, fit)
             way = way_in(source, how, unit.value, None if isinstance(size, float) else size)

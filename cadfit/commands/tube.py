@@ -21,7 +21,7 @@ from cadfit.commands.along import (
     up_of,
     way_in,
 )
-from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Method, Out, Quiet, Tension, Unit, Verbose
+from cadfit.commands.options import Closed, Curvature, HowTo, InUnit, Out, Quiet, Tension, Unit, Verbose
 from cadfit.commands.terminal import about, busy, report, timed
 
 
@@ -54,8 +54,6 @@ def tube(
     with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
         swept = Swept.to(source, output, caps, on_self_intersection)
         with about(source):
-            if method in (Method.tolerance, Method.dominant):
-                raise ValueError(f"--method {method} is for cadfit fit: write its curve to a .json, and sweep that")
             size: Any = number_or_name(radius)
             how = How(method, closed, tension, curvature, fit)
             way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
