@@ -8,7 +8,7 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.matching import blocks
-from cadfit.fitting.spans import Curve, Spans, shifted
+from cadfit.fitting.spans import Curve, Spans, dot, shifted
 
 _NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
 
@@ -41,19 +41,23 @@ def look_again(curve: Curve, seen: Look) -> Look:
 
 
 def _seen(curve: Curve, span: Ints, local: Array, wrapped: Ints) -> Look:
-    powers = curve.powers[:, :, wrapped]
+    powers = curve.powers.take(wrapped, axis=2, mode="clip")  # nothing to clip, but quicker than looking
     a, b, c, e = powers
-    ex = e * local
-    return Look(span, local, wrapped, powers, ((ex + c) * local + b) * local + a, (3.0 * ex + 2.0 * c) * local + b)
+    tangents = e * local
+    places = tangents + c
+    tangents += places + places
+    for row, lower in ((places, b), (places, a), (tangents, b)):
+        row *= local
+        row += lower
+    return Look(span, local, wrapped, powers, places, tangents)
 
 
 def newton(curve: Curve, points: Array, seen: Look) -> Array:
     """Return Newton's step (n,) toward the foot of each point (d, n), a minimum of the distance."""
     _, _, c, e = seen.powers
     gap, first = points - seen.places, seen.tangents
-    slope = np.einsum("dn,dn->n", gap, first)
-    flat = np.einsum("dn,dn->n", first, first)
-    rate = flat - np.einsum("dn,dn->n", gap, (6.0 * seen.local) * e + 2.0 * c)
+    slope, flat = dot(gap, first), dot(first, first)
+    rate = flat - dot(gap, (6.0 * seen.local) * e + 2.0 * c)
     rate = np.where(rate > 0.2 * flat, rate, flat)
     rate[rate == 0.0] = np.inf  # no tangent, no step
     return np.asarray(slope * curve.spans.steps[seen.wrapped] / rate)

@@ -8,7 +8,7 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.feet import Look, look, look_again, newton, slid, within, wrapped
-from cadfit.fitting.spans import Curve, Spans, shifted
+from cadfit.fitting.spans import Curve, Spans, dot, shifted
 from cadfit.fitting.squares import band, local, moments, pairs, solve
 from cadfit.fitting.targets import Targets, sampled
 
@@ -17,6 +17,7 @@ _DAMPING = 1e-6  # of the mean of the normal matrix' diagonal: keeps poles that 
 _LOOKS = np.arange(1, 8) / 8.0
 _KNOT_DAMPING = 1e-3
 _SHORTEST = 3e-2  # of the spans' mean: none shrinks below, or knots all but meet and the curve is hardly C2
+_NO_SPEED = 1e-200  # squared: where the curve stands still no residual is along it
 _SHIFT = 0.5  # how strongly weight goes to large errors
 _CALM = 0.3  # the same with moving knots, where there are many passes
 _STEPS = 2
@@ -49,7 +50,7 @@ def measured(goal: Targets, curve: Curve, u: Array, weights: Array, seen: Look |
     if seen is None or turned is not curve:
         curve, seen = turned, look(turned, u)
     gap = goal.points - seen.places
-    error = np.sqrt(np.einsum("dn,dn->n", gap, gap)) / goal.allowed
+    error = np.sqrt(dot(gap, gap)) / goal.allowed
     if len(goal.between):
         error[goal.between] = goal.straying(seen.places[:, goal.between], goal.row[goal.between])
     return Trial(goal, curve, u, weights, seen, error, float(error.max()))
@@ -189,13 +190,12 @@ def _equations(
     """
     spans, tangent = curve.spans, seen.tangents
     weight = weights / goal.allowed**2
-    square = np.einsum("dn,dn->n", tangent, tangent)
-    slide = np.divide((1.0 - along) * weight, square, out=np.zeros_like(square), where=square > 0)
+    slid = ((along - 1.0) * weight / (dot(tangent, tangent) + _NO_SPEED)) * tangent
     i, j = pairs(len(tangent))
-    metric = tangent[i] * tangent[j] * -slide
+    metric = tangent[i] * slid[j]
     metric[i == j] += weight
     gap = goal.points - seen.places
-    pull = weight * gap - slide * np.einsum("dn,dn->n", tangent, gap) * tangent
+    pull = weight * gap + dot(tangent, gap) * slid
     starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
     squares, pulls = moments(seen.local, metric, pull, starts)
     if spans.closed:

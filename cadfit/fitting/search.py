@@ -16,6 +16,7 @@ from cadfit.stages import Progress, stage, unheard
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
+_NEAR = 1.5  # a largest error that other knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 
 
@@ -73,35 +74,42 @@ def _bisected(trial: Trial) -> Array:
 def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
 
-    Each takes spans away: a share of them at first, half as many after each failure. Before one counts as failed, knots
-    are exchanged, up to so many times, as long as the largest error falls.
+    Each takes away a share of the spans until one fails, and then half of those that lie between. Where none does, the
+    one that failed is tried again from the better knots found since, unless it failed by far.
     """
-    m = trial.curve.spans.count
-    least = 4 if trial.goal.closed else 1
-    cut = m
+    least, failed, failed_from, near = 4 if trial.goal.closed else 1, 0, trial, True
     for turn in range(trials):
         progress(turn / trials)
-        cut = min(cut, max(1, round(share * m)), m - least)
-        if cut < 1:
+        m = trial.curve.spans.count
+        cut = (m - failed) // 2 if failed else min(max(1, round(share * m)), m - least)
+        if failed == m - 1 and near and failed_from is not trial:
+            cut = 1
+        if m <= least or cut < 1:
             break
-        fewer = start(trial.goal, by_removal(trial, m - cut), trial.u)
-        if fewer.worst > 1.0:
-            fewer = min(fewer, start(trial.goal, by_jumps(trial, m - cut), trial.u), key=_promise)
-        fewer = relax(fewer, passes, move_knots=True)
-        for _ in range(exchanges if m - cut > least else 0):
-            if fewer.met:
-                break
-            other = relax(start(fewer.goal, exchanged(fewer), fewer.u), passes, move_knots=True)
-            if not other.met and other.worst >= fewer.worst:
-                break
-            fewer = other
+        fewer = _with_fewer(trial, m - cut, passes, exchanges if m - cut > least else 0)
         if fewer.met:
-            trial, m = fewer, m - cut
+            trial = fewer
             continue
+        failed, failed_from, near = m - cut, trial, fewer.worst < _NEAR
         if fewer.worst > _HOPELESS:
-            least = m - cut + 1
-        cut //= 2
+            least = failed + 1
     return trial
+
+
+def _with_fewer(trial: Trial, m: int, passes: int, exchanges: int) -> Trial:
+    """Return the best found with m spans. While it misses, knots are exchanged as long as the largest error falls."""
+    fewer = start(trial.goal, by_removal(trial, m), trial.u)
+    if fewer.worst > 1.0:
+        fewer = min(fewer, start(trial.goal, by_jumps(trial, m), trial.u), key=_promise)
+    fewer = relax(fewer, passes, move_knots=True)
+    for _ in range(exchanges):
+        if fewer.met:
+            break
+        other = relax(start(fewer.goal, exchanged(fewer), fewer.u), passes, move_knots=True)
+        if not other.met and other.worst >= fewer.worst:
+            break
+        fewer = other
+    return fewer
 
 
 def _promise(trial: Trial) -> float:

@@ -71,6 +71,13 @@ def _symmetric(d: int) -> Ints:
     return out
 
 
+@cache
+def _of_poles(d: int) -> Ints:
+    """Return where in (4, 4, d (d + 1) / 2), in a row, the lower triangle of the four poles' coordinates lies."""
+    i, j = pairs(4 * d)
+    return np.asarray((i // d * 4 + j // d) * len(pairs(d)[0]) + _symmetric(d)[i % d, j % d])
+
+
 def moments(x: Array, metric: Array, pull: Array, starts: Ints) -> tuple[Array, Array]:
     """Return the sums (4, 4, d (d + 1) / 2, spans) of products of two powers of x, and those (4, d, spans) of one.
 
@@ -78,12 +85,12 @@ def moments(x: Array, metric: Array, pull: Array, starts: Ints) -> tuple[Array, 
     the second by `pull` (d, n), metric times residual. Points starts[s] to starts[s + 1] belong to span s.
     """
     n, e, d = len(x), len(metric), len(pull)
-    powers = np.ones((7, n))
-    for k in range(1, 7):
-        np.multiply(powers[k - 1], x, out=powers[k])
     terms = np.empty((7 * e + 4 * d, n))
-    np.multiply(powers[:, None], metric, out=terms[: 7 * e].reshape(7, e, n))
-    np.multiply(powers[:4, None], pull, out=terms[7 * e :].reshape(4, d, n))
+    squares, pulls = terms[: 7 * e].reshape(7, e, n), terms[7 * e :].reshape(4, d, n)
+    for powers, first in ((squares, metric), (pulls, pull)):
+        powers[0] = first
+        for k in range(1, len(powers)):
+            np.multiply(powers[k - 1], x, out=powers[k])
     sums = np.add.reduceat(terms, np.minimum(starts[:-1], n - 1), axis=1)
     sums[:, starts[:-1] == starts[1:]] = 0.0
     return sums[: 7 * e].reshape(7, e, -1)[_HANKEL], sums[7 * e :].reshape(4, d, -1)
@@ -96,20 +103,20 @@ def local(squares: Array, pulls: Array, functions: Array, moves: Array | None) -
     or (4 powers, 7, m): those of three knots behind them, each along its direction `moves` (d, 3, m).
     """
     d, m = pulls.shape[1:]
-    half = np.einsum("pqem,qbm->pbem", squares, functions)
-    whole = np.einsum("pam,pbem->abem", functions, half)[:, :, _symmetric(d)]  # (a, b, d, d, m)
-    right = np.einsum("pam,pcm->acm", functions, pulls)
-    q = 4 * d + (0 if moves is None else 3)
-    matrix = np.empty((q, q, m))
-    matrix[: 4 * d, : 4 * d].reshape(4, d, 4 * d, m)[:] = whole[:4, :4].transpose(0, 2, 1, 3, 4).reshape(4, d, 4 * d, m)
+    poles = functions[:, :4]
+    half = np.einsum("pqem,qbm->pbem", squares, poles)
+    matrix = np.einsum("pam,pbem->abem", poles, half).reshape(-1, m)[_of_poles(d)]
+    side = np.einsum("pam,pcm->acm", poles, pulls).reshape(4 * d, m)
     if moves is None:
-        sides = right.reshape(4 * d, m)
-    else:
-        along = np.einsum("kacem,ckm->kaem", whole[4:], moves)
-        matrix[4 * d :, : 4 * d] = along[:, :4].reshape(3, 4 * d, m)
-        matrix[4 * d :, 4 * d :] = np.einsum("klem,elm->klm", along[:, 4:], moves)
-        sides = np.concatenate([right[:4].reshape(4 * d, m), np.einsum("kcm,ckm->km", right[4:], moves)])
-    return matrix[pairs(q)], sides
+        return matrix, side
+    knots = functions[:, 4:]
+    half = np.einsum("pqem,qkm->pkem", squares, knots)[:, :, _symmetric(d)]  # (4, 3, d, d, m)
+    half = np.einsum("pkcem,ekm->pkcm", half, moves)
+    mixed = np.einsum("pam,pkcm->kacm", poles, half).reshape(3, 4 * d, m)
+    moved = knots[:, :, None] * moves.swapaxes(0, 1)
+    square = np.einsum("plcm,pkcm->klm", moved, half)
+    below = [part for k in range(3) for part in (mixed[k], square[k, : k + 1])]
+    return np.concatenate([matrix, *below]), np.concatenate([side, np.einsum("pkcm,pcm->km", moved, pulls)])
 
 
 def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]) -> Array:

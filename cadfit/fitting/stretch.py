@@ -22,7 +22,7 @@ from cadfit.stages import Progress, portion
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
-_FAST, _BEST = (8, 8, 0, 0.4), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
+_FAST, _BEST = (8, 8, 0, 0.25), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
 _GROWN, _QUICK, _NEARLY = 0.1, 0.2, 0.8  # of the time, about: where the curve holds, has few spans, waits for a check
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)

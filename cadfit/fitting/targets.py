@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
+from cadfit.fitting.spans import dot
 
 BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
 _FRACTIONS = np.array([0.25, 0.5, 0.75])
@@ -47,16 +48,16 @@ class Targets:
     def _chords(self) -> tuple[Array, Array, Array]:
         """The chords' starts and directions (d, chords), and their squared lengths."""
         start, along = self.chain[:, 0].T.copy(), (self.chain[:, 3] - self.chain[:, 0]).T.copy()
-        return start, along, np.einsum("dn,dn->n", along, along)
+        return start, along, dot(along, along)
 
     def straying(self, places: Array, chords: Ints) -> Array:
         """Return how far places (d, n) are from the given chords (n,), in parts of the room the fit has there."""
         start, along, square = self._chords
         along = along[:, chords]
         gap = places - start[:, chords]
-        place = np.einsum("dn,dn->n", gap, along) / square[chords]
-        gap -= np.clip(place, 0.0, 1.0) * along
-        return np.asarray(np.sqrt(np.einsum("dn,dn->n", gap, gap)) / self.room[chords])
+        place = dot(gap, along) / square[chords]
+        gap -= np.minimum(np.maximum(place, 0.0), 1.0) * along
+        return np.asarray(np.sqrt(dot(gap, gap)) / self.room[chords])
 
 
 def cardinal_chain(points: Array, closed: bool) -> Array:
