@@ -5,6 +5,7 @@ Every function works on all m pieces at once. Parameters run over [0, 1] on each
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -93,13 +94,14 @@ def flatness(pieces: Array) -> Array:
     return np.asarray(inner.max(axis=1))
 
 
-def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
+def lengths(pieces: Array, accuracy: float = 1e-9, progress: Callable[[float], None] | None = None) -> Array:
     """Return the arc length (m,) of each piece.
 
     The estimated error of the sum is at most `accuracy` times the sum: each piece is integrated whole and as two
     halves (Gauss-Legendre, 12 nodes), and halved again where the two differ or where the piece may stand still or turn
     back (a leg of its control polygon against its chord), which a rule's nodes can miss; but for pieces whose chord and
-    control polygon, which bound the length, settle it. The finer value is kept, between these bounds.
+    control polygon, which bound the length, settle it. The finer value is kept, between these bounds. `progress` is
+    called with the part that is done, below 1, once for many pieces.
 
     >>> lengths(np.array([[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]]))
     array([3.])
@@ -107,6 +109,8 @@ def lengths(pieces: Array, accuracy: float = 1e-9) -> Array:
     total = np.zeros(len(pieces))
     share = np.linalg.norm(np.diff(pieces, axis=1), axis=2).sum() / max(len(pieces), 1)
     for start in range(0, len(pieces), _CHUNK):
+        if progress is not None:
+            progress(start / len(pieces))
         active = pieces[start : start + _CHUNK]
         active = active - active[:, :1]  # from each piece's start: an offset would be rounded along
         owner = np.arange(start, start + len(active))
@@ -138,13 +142,13 @@ def _quadrature(pieces: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("mgd,mgd->mg", velocity, velocity)) @ _WEIGHTS)
 
 
-def nearest(pieces: Array, points: Array) -> tuple[Ints, Array, Array]:
+def nearest(pieces: Array, points: Array, progress: Callable[[float], None] | None = None) -> tuple[Ints, Array, Array]:
     """Return, for each of `points` (q, d), the nearest place on any of the pieces.
 
     The result is (piece (q,), t (q,), distance (q,)). Branch and bound: a piece is dropped only when its chord less
     its flatness is farther than a curve point already seen, so no closer place is missed (but for gaps below 1e-12
     of the size, and for points with very many equally near places, as a circle's centre, where the search stops
-    after ten halvings and polishes the candidates left).
+    after ten halvings and polishes the candidates left). `progress`: as in `lengths`.
 
     >>> nearest(np.array([[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]]), np.array([[1.5, 2.0]]))
     (array([0]), array([0.5]), array([2.]))
@@ -154,6 +158,8 @@ def nearest(pieces: Array, points: Array) -> tuple[Ints, Array, Array]:
     flat = flatness(pieces)
     step = max(1, (1 << 21) // max(len(pieces), 1))
     for start in range(0, len(points), step):
+        if progress is not None:
+            progress(start / len(points))
         chunk = slice(start, start + step)
         index[chunk], t[chunk], distance[chunk] = _nearest_chunk(pieces, flat, points[chunk])
     return index, t, distance

@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline as _ScipySpline
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
+from cadfit.stages import Progress, portion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -243,19 +244,24 @@ class BSpline:
             raise ValueError(f"the matrix must have the shape (k, {self.poles.shape[1]}), not {matrix.shape}")
         return BSpline(self.poles @ matrix.T + np.asarray(offset, dtype=np.float64), self.knots)
 
-    def length(self, accuracy: float = 1e-9) -> float:
+    def length(self, accuracy: float = 1e-9, progress: Progress | None = None) -> float:
         """Return the arc length, with an estimated relative error of at most `accuracy` (see `bezier.lengths`).
+
+        `progress` is called with the part that is done, from 0 to 1; raising from it stops.
 
         >>> BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]).length()
         3.0
         """
-        return float(bezier.lengths(self.pieces(), accuracy).sum())
+        found = float(bezier.lengths(self.pieces(), accuracy, progress).sum())
+        portion(progress, 0.0, 1.0)(1.0)
+        return found
 
-    def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
+    def nearest(self, points: ArrayLike, progress: Progress | None = None) -> tuple[Array, Array]:
         """Return the parameters (...) and distances (...) of the curve's nearest places to `points` (..., d).
 
         The search over the whole curve is branch and bound, so it does not settle in a local minimum (its limits:
-        `bezier.nearest`). Raises ValueError when the points have another dimension than the curve.
+        `bezier.nearest`). `progress`: as in `length`. Raises ValueError when the points have another dimension than the
+        curve.
 
         >>> s = BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
         >>> s.nearest([1.5, 2.0])
@@ -268,7 +274,8 @@ class BSpline:
         if not np.isfinite(points).all():
             raise ValueError("points must be finite")
         shape = points.shape[:-1]
-        piece, t, distance = bezier.nearest(self.pieces(), points.reshape(-1, d))
+        piece, t, distance = bezier.nearest(self.pieces(), points.reshape(-1, d), progress)
+        portion(progress, 0.0, 1.0)(1.0)
         spans = self.distinct_knots
         u = spans[piece] + t * (spans[piece + 1] - spans[piece])
         return np.clip(u, *self.domain).reshape(shape), distance.reshape(shape)

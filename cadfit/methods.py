@@ -106,14 +106,21 @@ def _within(points: Array, how: How, progress: Callable[[float], None] | None) -
 
 
 def write_report(
-    path: Path, source: Path, points: Array, curves: Curves | Fit, how: How, unit: str, command: Sequence[str]
+    path: Path,
+    source: Path,
+    points: Array,
+    curves: Curves | Fit,
+    how: How,
+    unit: str,
+    command: Sequence[str],
+    progress: Callable[[float], None] | None = None,
 ) -> None:
     """Write the page of curves made from the points of a file by a command."""
     from cadfit.report import Entry, write
 
     fit = curves if isinstance(curves, Fit) else judged(curves.curves, points, how.closed)
     calls = [shlex.join(["cadfit", *command]), *filter(None, [fit.call])]
-    write([Entry("fit", fit)], path, source.name, unit, calls, source)
+    write([Entry("fit", fit)], path, source.name, unit, calls, source, progress=progress)
 
 
 def corners_of(text: str) -> Any:

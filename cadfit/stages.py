@@ -25,6 +25,17 @@ def portion(progress: Progress | None, low: float, high: float) -> Progress:
     return unheard if progress is None else lambda part: progress(low + (high - low) * part)
 
 
+def shares(progress: Progress | None, count: int) -> list[Progress]:
+    """Return the progress of each of `count` equal parts of the work, in turn.
+
+    >>> [part(0.5) for part in shares(print, 2)]
+    0.25
+    0.75
+    [None, None]
+    """
+    return [portion(progress, k / count, (k + 1) / count) for k in range(count)]
+
+
 def rising(progress: Progress | None) -> Progress:
     """Return progress that never falls, whatever it is given.
 

@@ -13,10 +13,11 @@ import platform
 import signal
 import threading
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from itertools import islice
 from queue import SimpleQueue
 from time import perf_counter
@@ -69,6 +70,24 @@ def outcomes(
             _warn_of_death(len(suspects))
         for key in suspects:
             yield key, _alone(job, left.pop(key))
+
+
+def within(seconds: float, job: Job, task: Any, modules: Sequence[str] = ()) -> Outcome | None:
+    """Return the outcome of a task in a process of its own, or None where it takes longer: then the process is ended.
+
+    The clock starts when the process has imported the modules. For calls that nothing else can stop.
+    """
+    try:
+        with _processes(1) as pool:
+            with _ctrl_c_held():
+                ready = [pool.submit(import_module, name) for name in [job.__module__, *modules]]
+            for each in ready:
+                each.exception()
+            return pool.submit(carried_out, job, task, _here()).result(seconds)
+    except TimeoutError:
+        return None
+    except BrokenExecutor:
+        return Outcome(None, "BrokenProcessPool", "its process ended before it was done: killed, or out of memory?")
 
 
 def carried_out(job: Job, task: Any, caller: str) -> Outcome:

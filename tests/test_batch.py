@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import cadfit
-from cadfit.workers import outcomes
+from cadfit.workers import outcomes, within
 
 from batch_jobs import alive, job, log
 from corpus_data import FOLDER, PRESENT, curves, turn
@@ -223,6 +223,18 @@ def test_closing_early_ends_the_processes():
         assert next(coming)[1].value == "ok"
         start = time.perf_counter()
     assert time.perf_counter() - start < 20
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+@posix
+def test_a_limit_of_time_and_what_dies_within_it():
+    start = time.perf_counter()
+    assert within(0.5, job, ("sleep", 100)) is None
+    assert time.perf_counter() - start < 20
+    assert within(60, job, ("ok",)).value == "ok"
+    assert within(60, job, ("die",)).error == "BrokenProcessPool"
+    assert within(60, job, ("raise", "no")).reason == "no"
     assert multiprocessing.active_children() == []
 
 

@@ -1,9 +1,7 @@
 import importlib.util
 import os
-import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -12,8 +10,6 @@ import trimesh
 import cadfit
 from cadfit.cli import main
 from cadfit.files import read, write
-
-from batch_jobs import alive
 
 HELIX = np.stack([10 * np.cos(t := np.linspace(0, 6, 40)), 10 * np.sin(t), 2 * t], axis=1)
 HEAVY = ["OCP", "trimesh", "matplotlib", "build123d", "cadquery"]
@@ -296,29 +292,6 @@ def test_names_the_terminal_has_no_letters_for(here):
     assert done.stdout.startswith("h\\xf6he.csv\n")
 
 
-def heeding_ctrl_c():
-    """Undo in a child what tests started in the background inherit: they ignore Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a pipe with a name")
-def test_ctrl_c_leaves_nothing_half_written(here):
-    os.mkfifo("slow.csv")
-    write("out.json", HELIX)
-    whole = (here / "out.json").read_bytes()
-    arguments = [sys.executable, "-m", "cadfit.cli", "fit", "slow.csv", "-o", "out.json"]
-    child = subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True, preexec_fn=heeding_ctrl_c)
-    with open("slow.csv", "w") as pipe:  # opens once the child reads, which it does until the pipe is closed
-        pipe.write("1,2\n3,4\n")
-        pipe.flush()
-        child.send_signal(signal.SIGINT)
-    _, err = child.communicate(timeout=60)
-    assert child.returncode == 130
-    assert "Traceback" not in err
-    assert (here / "out.json").read_bytes() == whole
-    assert sorted(os.listdir()) == ["helix.csv", "out.json", "slow.csv"]
-
-
 def test_a_corner_at_a_guessed_seam_is_pointed_out(run):
     write("edge.csv", np.array([[1, 0], [0.5, 0.1], [0, 0], [0.5, -0.1], [1, 0.0]]))
     status, _, err = run("fit", "edge.csv", "-o", "edge.json")
@@ -410,6 +383,23 @@ def test_one_file_into_a_folder_and_stages_on_request(run, waves):
     assert {"reading", "taking spans away", "writing"} < {line[13:] for line in err.splitlines()}
 
 
+def test_every_command_tells_its_stages(run):
+    write("square.csv", [[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    with open("part.nc", "w", encoding="utf-8") as file:
+        file.write("G21 G90 G1 F100\n" + "".join(f"G1 X{x:.4f} Y{y:.4f}\n" for x, y, _ in HELIX.tolist()))
+    for arguments, expected in (
+        (["info", "helix.csv"], {"reading", "measuring"}),
+        (["toolpath", "part.nc", "-t", 0.1, "-o", "a.nc"], {"fitting runs"}),
+        (["tube", "helix.csv", "--radius", 0.5, "-o", "a.stl"], {"reading", "sweeping", "writing"}),
+        (["sweep", "helix.csv", "--profile", "square.csv", "-o", "a.stl"], {"reading", "sweeping", "writing"}),
+    ):
+        status, _, err = run(*arguments, "-v")
+        assert status == 0
+        stages = {line[13:]: float(line[:9]) for line in err.splitlines()}
+        assert expected < set(stages)
+        assert sum(stages.values()) == pytest.approx(2 * stages["all"], abs=0.01)
+
+
 def test_warnings_of_several_files_name_theirs(run, waves):
     write("edge.csv", np.array([[1, 0], [0.5, 0.1], [0, 0], [0.5, -0.1], [1, 0.0]]))
     status, _, err = run("fit", "a.csv", "edge.csv", "-o", "out", "--format", "json", "--jobs", "1", "-q")
@@ -460,43 +450,6 @@ def test_options_for_several_files_alone(run, option):
         2,
         "cadfit: helix.csv: --jobs and --summary are for several files\n",
     )
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="needs /proc")
-@pytest.mark.parametrize("to_all", [False, True])
-def test_ctrl_c_with_several_processes(here, to_all):
-    t = np.linspace(0, 30, 300)
-    for k in range(60):
-        write(f"{k}.csv", np.column_stack([t, np.sin((1 + 0.01 * k) * t)]))
-    arguments = [sys.executable, "-m", "cadfit.cli", "fit", *(f"{k}.csv" for k in range(60)), "-o", "out"]
-    child = subprocess.Popen(
-        [*arguments, "--format", "json", "-t", "1e-4", "--effort", "fast", "--jobs", "2"],
-        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heeding_ctrl_c,
-    )  # fmt: skip
-    end = time.monotonic() + 60
-    while time.monotonic() < end and len(workers := children(child.pid)) < 2:
-        time.sleep(0.02)
-    assert len(workers) >= 2
-    while not to_all and time.monotonic() < end and not any(name.endswith(".json") for name in os.listdir("out")):
-        time.sleep(0.02)  # once while the workers start, once when they are at work
-    (os.killpg if to_all else os.kill)(child.pid, signal.SIGINT)
-    out, err = child.communicate(timeout=60)
-    assert (child.returncode, out, err) == (130, "", "")
-    end = time.monotonic() + 10
-    while any(map(alive, workers)) and time.monotonic() < end:  # what watches over the processes ends after them
-        time.sleep(0.02)
-    assert not any(map(alive, workers))
-    assert [name for name in os.listdir("out") if not name.endswith(".json") or name.startswith(".")] == []
-
-
-def children(pid):
-    """The processes that a process has started."""
-    try:
-        with open(f"/proc/{pid}/task/{pid}/children") as file:
-            return [int(each) for each in file.read().split()]
-    except FileNotFoundError:
-        return []
 
 
 SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, 1]]

@@ -74,6 +74,37 @@ def test_curves_are_held_against_the_points(run):
     assert "coarse.json" in out
 
 
+def test_a_method_without_an_answer_has_its_row(run):
+    t = np.linspace(0, 60, 20_000)
+    cadfit.write("long.csv", np.column_stack([t, np.sin(t * t)]))
+    status, out, err = run("long.csv", "fast", "fitpack", "-t", "2.5", "-o", "page.html", "--limit", "0.001")
+    assert (status, err) == (0, "")
+    (row,) = [line for line in out.splitlines() if line.startswith("fitpack")]
+    assert row.split() == ["fitpack", "20000", *"–––––", "no", "answer", "within", "0.001", "s"]
+    words = Words(Path("page.html").read_text(encoding="utf-8")).words
+    assert "fitpack: no answer within 0.001 s" in words
+    assert [entry["name"] for entry in entries("page.html")] == ["fast"]
+    status, out, err = run("long.csv", "fitpack", "-t", "2.5", "--limit", "0.001")
+    assert (status, out) == (2, "")
+    assert err == "cadfit: long.csv: no curve to compare: fitpack: no answer within 0.001 s\n"
+
+
+def test_what_fails_says_why():
+    found = by_method("fitpack", np.random.default_rng(0).normal(size=(30, 12)), 1e-3)  # FITPACK takes ten coordinates
+    assert str(found) == "fitpack: makes no curve of it"
+
+
+def test_stages_and_progress(run):
+    _, _, err = run("wave.csv", "fast", "fitpack", "-t", "0.01", "-o", "page.html", "-v", "-q")
+    stages = {line[13:]: float(line[:9]) for line in err.splitlines()}
+    assert {"reading", "taking spans away", "fitpack", "writing the page"} < set(stages)
+    assert sum(stages.values()) == pytest.approx(2 * stages["all"], abs=0.01)
+    seen = []
+    by_method("fast", WAVE, 0.01, progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
 def test_several_files_of_points(run):
     assert run("wave.csv", "other.csv", "fast", "-t", "0.02", "-o", "page.html")[0] == 0
     assert [entry["name"] for entry in entries("page.html")] == ["wave: fast", "other: fast"]

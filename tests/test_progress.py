@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import cadfit
+import cadfit.toolpaths
 from cadfit.commands import terminal
 from cadfit.files import text
 
@@ -15,6 +16,7 @@ N = 3000
 T = np.linspace(0.0, 9.0, N)
 NOISY = np.column_stack([T, np.sin(T * T)]) + np.random.default_rng(3).normal(scale=1e-3, size=(N, 2))
 SPLINE = cadfit.local_spline(NOISY[::30])
+FIT = cadfit.fit(NOISY[:90], 0.01, effort="fast")
 PATH = cadfit.polyline([[0, 0, 0], [20, 0, 0], [20, 20, 0]])
 
 
@@ -23,6 +25,12 @@ def big(tmp_path, monkeypatch):
     monkeypatch.setattr(text, "_BLOCK", 500)
     path = tmp_path / "big.csv"
     cadfit.write(path, NOISY)
+    return path
+
+
+def program(big):
+    path = big.with_name("part.nc")
+    path.write_text("G21 G90 G1 F100\n" + "".join(f"G1 X{x:.4f} Y{y:.4f}\n" for x, y in NOISY[:60]))
     return path
 
 
@@ -47,6 +55,10 @@ def works(big):
         "tube": lambda told: cadfit.tube(SPLINE, 1e-4, progress=told),
         "pipe": lambda told: cadfit.tube(SPLINE, 1e-4, thickness=1e-5, progress=told),
         "sweep": lambda told: cadfit.sweep(PATH, [[-1, -1], [1, -1], [1, 1], [-1, 1]], progress=told),
+        "length": lambda told: SPLINE.length(progress=told),
+        "nearest": lambda told: SPLINE.nearest(NOISY[:50], told),
+        "report": lambda told: FIT.report(big.with_name("page.html"), progress=told),
+        "refit": lambda told: cadfit.toolpaths.refit(program(big), big.with_suffix(".nc"), 0.01, progress=told),
         "read": lambda told: cadfit.read(big, progress=told),
         "write": lambda told: cadfit.write(big, NOISY, progress=told),
         "write json": lambda told: cadfit.write(big.with_suffix(".json"), NOISY, progress=told),

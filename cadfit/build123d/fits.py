@@ -16,6 +16,7 @@ from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import CleanPoints
+from cadfit.stages import Progress
 
 Points: TypeAlias = NDArray[Any] | Iterable[VectorLike | Vertex | NDArray[Any]]
 """Points in order: tuples, Vectors, Vertices (a ShapeList of them, say), or an array (n, 2 or 3)."""
@@ -42,12 +43,13 @@ def fitted(
     between: Between,
     effort: Effort,
     tangents: Iterable[VectorLike] | None = None,
+    progress: Progress | None = None,
 ) -> Fit:
     """Return the fit to points, or an edge or wire refitted; see `FitSpline`."""
     if isinstance(points, Edge | Wire):
         if closed is not None or corners != "auto" or between != "curve" or tangents is not None:
             raise ValueError("closed, corners, between and tangents go with points: an edge or a wire has its own")
-        return occt.simplify(points.wrapped, tolerance, effort=effort)
+        return occt.simplify(points.wrapped, tolerance, effort=effort, progress=progress)
     given = as_array(points)
     ends: Any = None
     if tangents is not None:
@@ -55,7 +57,8 @@ def fitted(
         if given.shape[1] == 2 and ends.any(axis=0)[2:].any():
             given = np.column_stack([given, np.zeros(len(given))])
         ends = ends[:, : given.shape[1]]
-    return fit(given, tolerance, closed=closed, corners=corners, between=between, effort=effort, end_tangents=ends)
+    how: dict[str, Any] = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+    return fit(given, tolerance, end_tangents=ends, progress=progress, **how)
 
 
 def passed(spline: BSpline, cleaned: CleanPoints, parameters: Array) -> Fit:

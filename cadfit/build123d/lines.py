@@ -15,6 +15,7 @@ from cadfit.fitting.local import local_spline
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import clean
 from cadfit.points.parametrize import Parametrization, parametrize
+from cadfit.stages import Progress
 
 
 class FitSpline(BaseLineObject):
@@ -39,6 +40,8 @@ class FitSpline(BaseLineObject):
             poles. Defaults to "best"
         tangents (Iterable[VectorLike], optional): directions at start and end. Defaults to None
         mode (Mode, optional): combination mode. Defaults to Mode.ADD
+        progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
+            what it raises stops the work. Defaults to None
 
     Attributes:
         fit (cadfit.Fit): the splines, their deviation from the points, poles, what was cleaned
@@ -64,8 +67,9 @@ class FitSpline(BaseLineObject):
         effort: Effort = "best",
         tangents: Iterable[VectorLike] | None = None,
         mode: Mode = Mode.ADD,
+        progress: Progress | None = None,
     ):
-        self.fit = fitted(points, tolerance, closed, corners, between, effort, tangents)
+        self.fit = fitted(points, tolerance, closed, corners, between, effort, tangents, progress)
         super().__init__(to_wire(self.fit), mode=mode)
 
 

@@ -11,6 +11,7 @@ from cadfit.bspline import BSpline
 from cadfit.fitting.approximate import Effort
 from cadfit.fitting.result import Fit
 from cadfit.occt.shapes import Chain, HasCurves
+from cadfit.stages import Progress
 
 
 def to_edge(curve: BSpline | HasCurves) -> Edge:
@@ -96,7 +97,7 @@ def from_edge(edge: Edge) -> BSpline:
     return occt.from_edge(edge.wrapped)
 
 
-def simplify(edge: Edge | Wire, tolerance: float, effort: Effort = "best") -> Fit:
+def simplify(edge: Edge | Wire, tolerance: float, effort: Effort = "best", progress: Progress | None = None) -> Fit:
     """Refit an edge or a wire with fewer poles, within a certified tolerance of what it was
 
     Every kind of edge that is rational or polynomial is taken: lines, arcs, conics, Bézier
@@ -107,6 +108,7 @@ def simplify(edge: Edge | Wire, tolerance: float, effort: Effort = "best") -> Fi
         edge (Edge | Wire): what to refit, where it lies
         tolerance (float): the largest distance between it and the result
         effort ("best" | "fast", optional): "fast" takes less time, and more poles
+        progress (Callable[[float], None], optional): as for FitSpline
 
     Raises:
         ValueError: an offset curve, a wire that branches, a tolerance that cannot be certified
@@ -117,4 +119,4 @@ def simplify(edge: Edge | Wire, tolerance: float, effort: Effort = "best") -> Fi
     >>> simplify(Edge.make_circle(10), 0.01, "fast").deviation.between <= 0.01
     True
     """
-    return occt.simplify(edge.wrapped, tolerance, effort=effort)
+    return occt.simplify(edge.wrapped, tolerance, effort=effort, progress=progress)

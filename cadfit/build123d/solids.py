@@ -13,6 +13,7 @@ from cadfit.build123d.fits import PointsOrEdge, fitted
 from cadfit.build123d.shapes import to_face
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.result import Fit
+from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
 
 
@@ -34,6 +35,8 @@ class FitProfile(BaseSketchObject):
         align (Align | tuple[Align, Align], optional): align MIN, CENTER, or MAX of object.
             Defaults to None: where the points are
         mode (Mode, optional): combination mode. Defaults to Mode.ADD
+        progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
+            what it raises stops the work. Defaults to None
 
     Attributes:
         fit (cadfit.Fit): the outline's splines, their deviation, poles, what was cleaned
@@ -61,9 +64,14 @@ class FitProfile(BaseSketchObject):
         rotation: float = 0,
         align: Align | tuple[Align, Align] | None = None,
         mode: Mode = Mode.ADD,
+        progress: Progress | None = None,
     ):
         outlines = [("the outline", points), *((f"hole {k}", hole) for k, hole in enumerate(holes))]
-        found = [_outline(name, each, tolerance, corners, between, effort) for name, each in outlines]
+        parts = shares(progress, len(outlines))
+        found = [
+            _outline(name, each, tolerance, corners, between, effort, told)
+            for (name, each), told in zip(outlines, parts, strict=True)
+        ]
         self.fit, *inner = found
         self.hole_fits = tuple(inner)
         super().__init__(to_face(self.fit, self.hole_fits), rotation, align, mode)
@@ -89,6 +97,8 @@ class FitTube(BasePartObject):
         align (Align | tuple[Align, Align, Align] | None, optional): align MIN, CENTER, or MAX of
             object. Defaults to None: where the points are
         mode (Mode, optional): combination mode. Defaults to Mode.ADD
+        progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
+            what it raises stops the work. Defaults to None
 
     Attributes:
         fit (cadfit.Fit): the path's splines, their deviation, poles, what was cleaned
@@ -117,22 +127,30 @@ class FitTube(BasePartObject):
         rotation: RotationLike = (0, 0, 0),
         align: Align | tuple[Align, Align, Align] | None = None,
         mode: Mode = Mode.ADD,
+        progress: Progress | None = None,
     ):
-        self.fit = fitted(points, tolerance, closed, corners, between, effort)
+        fitting, making = shares(progress, 2)
+        self.fit = fitted(points, tolerance, closed, corners, between, effort, progress=fitting)
         try:
-            solid = Solid(occt.tube_solid(self.fit, radius, tolerance, thickness=thickness))
+            solid = Solid(occt.tube_solid(self.fit, radius, tolerance, thickness=thickness, progress=making))
         except occt.KernelError as error:  # a path no tube fits round, which is a wrong value to the user
             raise ValueError(f"no tube: {error}") from error
         super().__init__(solid, rotation, align, mode)
 
 
 def _outline(
-    name: str, points: PointsOrEdge, tolerance: float, corners: Corners, between: Between, effort: Effort
+    name: str,
+    points: PointsOrEdge,
+    tolerance: float,
+    corners: Corners,
+    between: Between,
+    effort: Effort,
+    progress: Progress,
 ) -> Fit:
     """Return the closed fit, in 2D, to an outline in the sketch's plane."""
     try:
         closed = None if isinstance(points, Edge | Wire) else True
-        found = fitted(points, tolerance, closed, corners, between, effort)
+        found = fitted(points, tolerance, closed, corners, between, effort, progress=progress)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
     heights = found.points[:, 2:]

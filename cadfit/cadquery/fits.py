@@ -14,6 +14,7 @@ from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space
 from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.result import Fit
 from cadfit.occt import CONFUSION, simplify
+from cadfit.stages import Progress, shares
 
 
 class ProfileOptions(TypedDict, total=False):
@@ -22,6 +23,7 @@ class ProfileOptions(TypedDict, total=False):
     corners: Corners
     between: Between
     effort: Effort
+    progress: Progress | None
 
 
 class HowToFit(ProfileOptions, total=False):
@@ -59,15 +61,18 @@ def _refitted(shape: cq.Edge | cq.Wire, tolerance: float, tangents: object, how:
     if any(given.values()):
         option = next(name for name, strange in given.items() if strange)
         raise ValueError(f"a {shape.ShapeType()} is refitted as it is, within the tolerance all along: no {option}")
-    return simplify(shape.wrapped, tolerance, effort=how.get("effort", "best"))
+    effort, progress = how.get("effort", "best"), how.get("progress")
+    return simplify(shape.wrapped, tolerance, effort=effort, progress=progress)
 
 
 def fitted_profile(
     points: Points, tolerance: float, holes: Iterable[Points], **how: Unpack[ProfileOptions]
 ) -> tuple[Fit, ...]:
     """Return the closed fits to an outline and its holes; see :meth:`Workplane.fitProfile`."""
+    outlines = [*holes]
+    how["progress"], *others = shares(how.get("progress"), 1 + len(outlines))
     found = [fitted(points, tolerance, closed=True, **how)]
-    for k, hole in enumerate(holes):
+    for k, (hole, how["progress"]) in enumerate(zip(outlines, others, strict=True)):
         try:
             found.append(fitted(hole, tolerance, closed=True, **how))
         except ValueError as error:

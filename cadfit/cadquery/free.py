@@ -12,6 +12,7 @@ from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_prof
 from cadfit.cadquery.points import Points
 from cadfit.cadquery.shapes import to_edge, to_face, to_wire
 from cadfit.fitting.approximate import Effort
+from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
 
 
@@ -58,7 +59,7 @@ def fit_face(
     :param points: the outline in order, closed whether its last point repeats the first or not
     :param tolerance: every point is within this distance of its curve
     :param holes: the outlines of holes, each as `points`
-    :param options: `corners`, `between` and `effort`, as for :meth:`Workplane.fitSpline`
+    :param options: `corners`, `between`, `effort` and `progress`, as for :meth:`Workplane.fitSpline`
     :raises ValueError: as :func:`fit_wire`, and where outlines cross, leave the plane or a hole is outside
 
     >>> round(fit_face([(0, 0), (4, 0), (4, 3), (0, 3)], 0.01, between="polyline").Area(), 6)
@@ -91,16 +92,21 @@ def fit_tube(
     >>> round(bar.Volume(1e-6) / 5, 4), bar.isValid()
     (3.1416, True)
     """
-    return cq.Solid(occt.tube_solid(fitted(points, tolerance, **options), radius, tolerance, thickness=thickness))
+    options["progress"], making = shares(options.get("progress"), 2)
+    path = fitted(points, tolerance, **options)
+    return cq.Solid(occt.tube_solid(path, radius, tolerance, thickness=thickness, progress=making))
 
 
-def simplify(shape: cq.Edge | cq.Wire, tolerance: float, effort: Effort = "best") -> cq.Edge | cq.Wire:
+def simplify(
+    shape: cq.Edge | cq.Wire, tolerance: float, effort: Effort = "best", progress: Progress | None = None
+) -> cq.Edge | cq.Wire:
     """
     Refit an edge or a wire with few poles, within a certified tolerance of it, both ways, all along.
 
     :param shape: of lines, arcs, conics, Bézier curves and splines of any degree, rational ones, too
     :param tolerance: neither is anywhere farther than this from the other; ends and corners are kept
     :param effort: "best", or "fast"
+    :param progress: as for :meth:`Workplane.fitSpline`
     :return: an edge, or a wire where there are corners or a wire was given
     :raises ValueError: for a tolerance that cannot be held, an edge without end, or a wire in parts
 
@@ -109,5 +115,5 @@ def simplify(shape: cq.Edge | cq.Wire, tolerance: float, effort: Effort = "best"
     >>> len(from_edge(ring).poles) <= 12, round(ring.Length(), 2), round(cq.Edge.makeCircle(50).Length(), 2)
     (True, 314.16, 314.16)
     """
-    found = occt.simplify(shape.wrapped, tolerance, effort=effort)
+    found = occt.simplify(shape.wrapped, tolerance, effort=effort, progress=progress)
     return to_edge(found) if isinstance(shape, cq.Edge) and len(found.curves) == 1 else to_wire(found)

@@ -70,7 +70,7 @@ def fit_spline(
 
     :param points: points in order, as for :meth:`Workplane.fitSpline`
     :param tolerance: every point is within this distance of the curve
-    :param options: `closed`, `corners`, `between`, `effort` and `tangents`, as for :meth:`Workplane.fitSpline`
+    :param options: `closed`, `corners`, `between`, `effort`, `tangents`, `progress`, as for :meth:`Workplane.fitSpline`
     :return: a function for `invoke`, with the fit made as `.fit`
     :raises ValueError: for bad points, naming the row, and a tolerance that cannot be held
 
@@ -103,7 +103,7 @@ def fit_profile(
     :param holes: the outlines of holes, each as `points`
     :param forConstruction: whether the wires are for reference: they do not become pending; nothing to a Sketch
     :param tag: names the result
-    :param options: `corners`, `between` and `effort`, as for :meth:`Workplane.fitSpline`
+    :param options: `corners`, `between`, `effort` and `progress`, as for :meth:`Workplane.fitSpline`
     :return: a function for `invoke`, with the fits made as `.fits`, the outline's before the holes'
     :raises ValueError: as :meth:`Workplane.fitProfile`
     """

@@ -10,13 +10,14 @@ from cadquery.cq import VectorLike
 from cadquery.sketch import Modes
 
 from cadfit.bspline import BSpline
-from cadfit.cadquery.fits import fitted, fitted_profile
+from cadfit.cadquery.fits import HowToFit, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points, as_array
 from cadfit.cadquery.shapes import to_face, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
 from cadfit.points.parametrize import Parametrization
+from cadfit.stages import Progress
 
 T = TypeVar("T", bound=cq.Sketch)
 
@@ -39,6 +40,7 @@ class Sketch(cq.Sketch):
         tangents: Sequence[VectorLike] | None = None,
         tag: str | None = None,
         forConstruction: bool = False,
+        progress: Progress | None = None,
     ) -> T:
         """
         Construct C2 spline edges within a certified tolerance of points, one for each part between corners.
@@ -48,7 +50,8 @@ class Sketch(cq.Sketch):
 
         The other parameters are those of :meth:`Workplane.fitSpline`.
         """
-        found = fitted(pts, tolerance, tangents, closed=closed, corners=corners, between=between, effort=effort)
+        how: HowToFit = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+        found = fitted(pts, tolerance, tangents, **how | {"progress": progress})
         return sketched(self, found.curves, tag, forConstruction)
 
     def cardinalSpline(
@@ -89,6 +92,7 @@ class Sketch(cq.Sketch):
         angle: float = 0,
         mode: Modes = "a",
         tag: str | None = None,
+        progress: Progress | None = None,
     ) -> T:
         """
         Construct the face within a closed outline of points, less holes, for each item selected.
@@ -100,7 +104,8 @@ class Sketch(cq.Sketch):
 
         The other parameters are those of :meth:`Workplane.fitSpline`.
         """
-        outer, *inner = fitted_profile(pts, tolerance, holes, corners=corners, between=between, effort=effort)
+        how: ProfileOptions = {"corners": corners, "between": between, "effort": effort, "progress": progress}
+        outer, *inner = fitted_profile(pts, tolerance, holes, **how)
         return self.face(to_face(outer, inner), angle, mode, tag)
 
 

@@ -11,7 +11,7 @@ from cadquery.cq import CombineMode, CQObject, VectorLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
-from cadfit.cadquery.fits import fitted, fitted_profile
+from cadfit.cadquery.fits import HowToFit, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space, in_world
 from cadfit.cadquery.shapes import to_face, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort
@@ -19,6 +19,7 @@ from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
 from cadfit.occt import CONFUSION, tube_solid
 from cadfit.points.parametrize import Parametrization
+from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
 
 T = TypeVar("T", bound=cq.Workplane)
@@ -43,6 +44,7 @@ class Workplane(cq.Workplane):
         forConstruction: bool = False,
         includeCurrent: bool = False,
         makeWire: bool = False,
+        progress: Progress | None = None,
     ) -> T:
         """
         Draw C2 cubic splines within a certified tolerance of points (2D or 3D), with few poles.
@@ -61,6 +63,7 @@ class Workplane(cq.Workplane):
         :param forConstruction: whether the edges are for reference: they do not become pending
         :param includeCurrent: use the current point as the first one
         :param makeWire: put one wire on the stack instead of the edges, one for each part between corners
+        :param progress: a callable that is given the part that is done, from 0 to 1; what it raises stops the work
         :return: a Workplane with the edges or the wire on its stack
         :raises ValueError: for bad points, naming the row, and a tolerance that cannot be held
 
@@ -72,7 +75,8 @@ class Workplane(cq.Workplane):
         """
         given, world = gathered(self, points, includeCurrent)
         ends = None if tangents is None else _directions(self, tangents, world)
-        found = fitted(given, tolerance, ends, closed=closed, corners=corners, between=between, effort=effort)
+        how: HowToFit = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+        found = fitted(given, tolerance, ends, **how | {"progress": progress})
         return drawn(self, found.curves, world, forConstruction, makeWire)
 
     def cardinalSpline(
@@ -143,6 +147,7 @@ class Workplane(cq.Workplane):
         between: Between = "curve",
         effort: Effort = "best",
         forConstruction: bool = False,
+        progress: Progress | None = None,
     ) -> T:
         """
         Draw a closed outline of points, and holes in it, for each item on the stack, ready to extrude.
@@ -155,6 +160,7 @@ class Workplane(cq.Workplane):
         :param between: as for :meth:`fitSpline`
         :param effort: as for :meth:`fitSpline`
         :param forConstruction: whether the wires are for reference: they do not become pending
+        :param progress: as for :meth:`fitSpline`
         :return: a Workplane with the wires on its stack, outline before holes
         :raises ValueError: as :meth:`fitSpline`, and where outlines cross themselves or each other, leave their plane,
             or a hole is outside, saying where
@@ -163,7 +169,8 @@ class Workplane(cq.Workplane):
 
             part = Workplane().pushPoints([(0, 0), (80, 0)]).fitProfile(outer, 0.02, [inner]).extrude(3)
         """
-        outer, *inner = fitted_profile(points, tolerance, holes, corners=corners, between=between, effort=effort)
+        how: ProfileOptions = {"corners": corners, "between": between, "effort": effort, "progress": progress}
+        outer, *inner = fitted_profile(points, tolerance, holes, **how)
         return profiled(self, to_face(outer, inner), in_world(points), forConstruction)
 
     def fitTube(
@@ -179,6 +186,7 @@ class Workplane(cq.Workplane):
         includeCurrent: bool = False,
         combine: CombineMode = True,
         clean: bool = True,
+        progress: Progress | None = None,
     ) -> T:
         """
         Make a tube along points (2D or 3D): round, square to its path, mitred at corners, with flat ends.
@@ -195,14 +203,17 @@ class Workplane(cq.Workplane):
         :param combine: True or "a" to combine the tube with parent solids if found, "cut" or "s" to remove it from
             them, False to keep it separate
         :param clean: call :meth:`clean` afterwards to have a clean shape
+        :param progress: as for :meth:`fitSpline`
         :return: a Workplane with the resulting solid on its stack
         :raises ValueError: as :meth:`fitSpline`
         :raises cadfit.occt.KernelError: where there is no such solid, naming the place: the path bends more tightly
             than the radius allows, say
         """
         given, world = gathered(self, points, includeCurrent)
-        path = fitted(given, tolerance, closed=closed, corners=corners, between=between, effort=effort)
-        tube = cq.Solid(tube_solid(path, radius, tolerance, thickness=thickness))
+        how: HowToFit = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+        fitting, making = shares(progress, 2)
+        path = fitted(given, tolerance, **how | {"progress": fitting})
+        tube = cq.Solid(tube_solid(path, radius, tolerance, thickness=thickness, progress=making))
         return self._combineWithBase(tube if world else tube.moved(self.plane.location), combine, clean)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cadfit.commands.terminal import check, write_all
+from cadfit.commands.terminal import busy, check, write_all
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,7 +65,7 @@ class Way:
     values: Any
 
 
-def way_in(source: Path, how: How, unit: str, column: str | None = None) -> Way:
+def way_in(source: Path, how: How, unit: str, quiet: bool, column: str | None = None) -> Way:
     """Return the path in a file of points or curves.
 
     `column` is the name or the number ("#4") of a column of a point file that is no coordinate: its values come with
@@ -84,20 +84,23 @@ def way_in(source: Path, how: How, unit: str, column: str | None = None) -> Way:
 
     if how.method in ("tolerance", "dominant"):
         raise ValueError(f"--method {how.method} is for cadfit fit: write its curve to a .json, and sweep that")
-    found = read(source, unit)
+    with busy(f"reading {source}", quiet) as progress:
+        found = read(source, unit, progress)
     if isinstance(found, Curves):
         if how != How():
             raise ValueError("holds curves: --fit, --method, --tension, --curvature and --closed are for points")
         if column is not None:
             raise ValueError(f"holds curves, which have no column {column!r}")
         return Way(join(found.curves), summary(found), None)
-    if column is None:
-        curves, said = made(found, how)
-        return Way(join(curves.curves), said, None)
-    at = _column(source, found, column)
-    points, values = np.delete(found, at, axis=1), found[:, at]
-    curves, said = made(points, how)
+    points, values = found, None
+    if column is not None:
+        at = _column(source, found, column)
+        points, values = np.delete(found, at, axis=1), found[:, at]
+    with busy(f"fitting {source}", quiet) as progress:
+        curves, said = made(points, how, progress)
     curve = join(curves.curves)
+    if values is None:
+        return Way(curve, said, None)
     cleaned = cadfit.clean(points, how.closed)
     return Way(curve, said, np.column_stack([match(curve, cleaned.points)[0], values[cleaned.kept]]))
 
@@ -131,13 +134,13 @@ class Swept:
         ]
         return {kind: make() for kind, paths, make in wanted if paths}
 
-    def write(self, made: dict[Kind, Any], unit: Unit) -> dict[str, str]:
+    def write(self, made: dict[Kind, Any], unit: Unit, quiet: bool) -> dict[str, str]:
         """Write the mesh and the solid, and return what to report of them."""
         from cadfit.files.facts import facts
 
         said: dict[str, str] = {}
         for kind, result in made.items():
-            write_all(self.source, self.solid if kind == "solid" else self.mesh, kind, 3, result, unit)
+            write_all(self.source, self.solid if kind == "solid" else self.mesh, kind, 3, result, unit, quiet)
             if kind == "solid":
                 from cadfit.occt import faces, volume
 

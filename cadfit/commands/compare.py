@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cadfit.commands.options import Closed, InUnit, Quiet, Unit
-from cadfit.commands.terminal import Mistake, about, busy, check_page, say
+from cadfit.commands.options import Closed, InUnit, Quiet, Unit, Verbose
+from cadfit.commands.terminal import Mistake, about, busy, check_page, timed
 
 if TYPE_CHECKING:
+    from cadfit.report.compare import Nothing
     from cadfit.report.data import Entry
 
 
@@ -26,9 +27,11 @@ def compare(
     ],
     tolerance: Annotated[float, typer.Option("-t", "--tolerance", help="The tolerance of all.", show_default=False)],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Where to write the page, as .html.")] = None,
+    limit: Annotated[float, typer.Option(help="Seconds that fitpack and occt may take, each.", min=0.0)] = 60.0,
     closed: Closed = None,
     unit: InUnit = Unit.mm,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Hold several curves of the same points, by methods or from files, against each other at one tolerance.
 
@@ -37,66 +40,78 @@ def compare(
     """
     import shlex
 
-    from cadfit.files import Curves, read
     from cadfit.report import write
-    from cadfit.report.compare import METHODS, by_method, of_curves, usual
+    from cadfit.report.compare import METHODS, Nothing, by_method, of_curves, usual
 
     named = [each for each in what if each in METHODS and not Path(each).exists()]
     paths = [Path(each) for each in what if each not in named]
     check_page(output, paths)
-    found: dict[Path, Any] = {}
-    for path in paths:
-        with about(path):
-            found[path] = read(path, unit.value)
-            if hasattr(found[path], "faces"):
-                raise ValueError("holds a mesh: points and curves can be compared")
-    curves = {path: each for path, each in found.items() if isinstance(each, Curves)}
-    points = {path: each for path, each in found.items() if path not in curves}
-    if not points:
-        raise Mistake(f"{what[0]}: at least one file of points is needed, to hold the curves against")
-    if curves and len(points) > 1:
-        raise Mistake(f"{next(iter(curves))}: curves are held against one file of points, not {len(points)}")
-    entries: list[Entry] = []
-    for path, each in points.items():
-        for method in named or usual(each.shape[1]):
-            name = f"{path.stem}: {method}" if len(points) > 1 else method
-            with busy(f"{method} of {path}", quiet), about(path):
-                entry = by_method(method, each, tolerance, closed, name)
-            if entry is None:
-                say(f"{path}: {method} makes no curve of it")
-            else:
-                entries.append(entry)
-        for other, held in curves.items():
-            with busy(f"judging {other}", quiet), about(other):
-                entries.append(of_curves(held.curves, each, tolerance, closed, other.name))
-    if not entries:
-        raise Mistake(f"{what[0]}: no curve to compare")
-    if output is not None:
-        title = ", ".join(path.name for path in points) + f" at {tolerance:g} {unit.value}"
-        only = next(iter(points)) if len(points) == 1 else None
-        write(entries, output, title, unit.value, [shlex.join(["cadfit", *context.obj])], only)
+    with timed(verbose):
+        points, curves = _read(paths, unit, quiet)
+        if not points:
+            raise Mistake(f"{what[0]}: at least one file of points is needed, to hold the curves against")
+        if curves and len(points) > 1:
+            raise Mistake(f"{next(iter(curves))}: curves are held against one file of points, not {len(points)}")
+        found: list[Entry | Nothing] = []
+        for path, each in points.items():
+            for method in named or usual(each.shape[1]):
+                name = f"{path.stem}: {method}" if len(points) > 1 else method
+                with busy(f"{method} of {path}", quiet) as progress, about(path):
+                    found.append(by_method(method, each, tolerance, closed, name, limit=limit, progress=progress))
+            for other, held in curves.items():
+                with busy(f"judging {other}", quiet), about(other):
+                    found.append(of_curves(held.curves, each, tolerance, closed, other.name))
+        entries = [each for each in found if not isinstance(each, Nothing)]
+        without = [str(each) for each in found if isinstance(each, Nothing)]
+        if not entries:
+            raise Mistake(f"{what[0]}: no curve to compare: {'; '.join(without)}")
+        if output is not None:
+            title = ", ".join(path.name for path in points) + f" at {tolerance:g} {unit.value}"
+            only = next(iter(points)) if len(points) == 1 else None
+            with busy(f"writing {output}", quiet) as progress:
+                call = [shlex.join(["cadfit", *context.obj])]
+                write(entries, output, title, unit.value, call, only, without=without, progress=progress)
     if not quiet:
-        _table(entries, tolerance)
+        _table(found, tolerance)
         if output is not None:
             print(f"wrote {output}")
 
 
-def _table(entries: list[Entry], tolerance: float) -> None:
-    """Print the figures of all entries."""
+def _read(paths: list[Path], unit: Unit, quiet: bool) -> tuple[dict[Path, Any], dict[Path, Any]]:
+    """Return the points and the curves that files hold."""
+    from cadfit.files import Curves, read
+
+    found: dict[Path, Any] = {}
+    for path in paths:
+        with busy(f"reading {path}", quiet) as progress, about(path):
+            found[path] = read(path, unit.value, progress)
+            if hasattr(found[path], "faces"):
+                raise ValueError("holds a mesh: points and curves can be compared")
+    curves = {path: each for path, each in found.items() if isinstance(each, Curves)}
+    return {path: each for path, each in found.items() if path not in curves}, curves
+
+
+def _table(found: list[Entry | Nothing], tolerance: float) -> None:
+    """Print the figures of all entries, and why there are none."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    from cadfit.report.compare import Nothing
+
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("", no_wrap=True, min_width=max(len(entry.name) for entry in entries))
+    table.add_column("", no_wrap=True, min_width=max(len(each.name) for each in found))
     for name in ("points", "poles", "off", "/ tolerance", "between", "no wiggle", "time"):
         table.add_column(name, justify="right", no_wrap=True)
-    for entry in entries:
-        fit, far = entry.fit, entry.fit.deviation
+    for each in found:
+        if isinstance(each, Nothing):
+            table.add_row(Text(each.name), str(each.points), *["–"] * 5, Text(each.reason), style="red")
+            continue
+        fit, far = each.fit, each.fit.deviation
         off = [f"{far.points:.4g}", f"{far.points / tolerance:.3g}", f"{far.between:.4g}"]
-        wiggles = f"{entry.strays} stray" if entry.strays else "yes"
-        took = f"{entry.seconds:.3g} s" if entry.seconds is not None else "–"
-        broken = "red" if far.points > tolerance or entry.strays else ""
+        wiggles = f"{each.strays} stray" if each.strays else "yes"
+        took = f"{each.seconds:.3g} s" if each.seconds is not None else "–"
+        broken = "red" if far.points > tolerance or each.strays else ""
         counts = [str(len(fit.points)), str(fit.poles)]
-        table.add_row(Text(entry.name), *counts, *off, wiggles, took, style=broken)
-    Console(highlight=False).print(table)
+        table.add_row(Text(each.name), *counts, *off, wiggles, took, style=broken)
+    Console(highlight=False, width=1000).print(table)  # no figure is cut off at the terminal's edge

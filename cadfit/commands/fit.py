@@ -96,11 +96,11 @@ def fit(
         if page is not None and isinstance(points, Curves):
             raise Mistake(f"{only}: --report is for points, and it holds {len(points.curves)} contours")
         how = meant(how, only, points)
-        with busy(f"fitting {only}", quiet) as progress:
-            with about(only):
-                result, said = (made_of_arcs if arcs else made)(points, how, progress)
-            write_all(only, paths, kind, result.dimension, result, unit)
-            if page is not None and not isinstance(result, ArcContours):
-                write_report(page, only, points, result, how, unit.value, context.obj)
+        with busy(f"fitting {only}", quiet) as progress, about(only):
+            result, said = (made_of_arcs if arcs else made)(points, how, progress)
+        write_all(only, paths, kind, result.dimension, result, unit, quiet)
+        if page is not None and not isinstance(result, ArcContours):
+            with busy(f"writing {page}", quiet) as progress:
+                write_report(page, only, points, result, how, unit.value, context.obj, progress)
         report(str(only), said, [*paths, *([page] if page else [])], quiet)
     return 0

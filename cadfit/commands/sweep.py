@@ -57,7 +57,7 @@ def sweep(
     from cadfit.sweeping.profile import Profile
     from cadfit.sweeping.sweep import sweep as meshed
 
-    with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
+    with timed(verbose):
         swept = Swept.to(source, output, caps, on_self_intersection)
         loops = [_loop(path, unit.value) for path in profile]
         with about(profile[0]):
@@ -65,13 +65,15 @@ def sweep(
         with about(source):
             size: Any = number_or_name(scale)
             how = How(method, closed, tension, curvature, fit)
-            way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
+            way = way_in(source, how, unit.value, quiet, None if isinstance(size, float) else size)
             size = size if isinstance(size, float) else way.values
+        with busy(f"sweeping along {source}", quiet) as progress, about(source):
             like: dict[str, Any] = {"scale": size, "twist": math.radians(twist), "up": up_of(up), "caps": caps.value}
-            heard: dict[str, Any] = {"on_self_intersection": on_self_intersection.value, "progress": progress}
+            like["progress"] = progress
 
             def mesh() -> Any:
-                return meshed(way.curve, shape, tolerance, texture=texture, **like, **heard)
+                answer: Any = on_self_intersection.value
+                return meshed(way.curve, shape, tolerance, texture=texture, on_self_intersection=answer, **like)
 
             def solid() -> Any:
                 from cadfit.occt import sweep_solid
@@ -80,7 +82,7 @@ def sweep(
 
             with stage("sweeping"):
                 made = swept.made(mesh, solid)
-        said = swept.write(made, unit)
+        said = swept.write(made, unit, quiet)
     report(str(source), way.said | {"profile": ", ".join(map(str, profile))} | said, output, quiet)
 
 

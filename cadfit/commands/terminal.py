@@ -44,14 +44,16 @@ def check_page(page: Path | None, sources: list[Path]) -> None:
         raise Mistake(f"{page}: no such folder for the report")
 
 
-def write_all(source: Path, outputs: list[Path], kind: Kind, dimension: int, result: Any, unit: Unit) -> None:
+def write_all(
+    source: Path, outputs: list[Path], kind: Kind, dimension: int, result: Any, unit: Unit, quiet: bool
+) -> None:
     """Write a result to all outputs, after the checks of `check`."""
     from cadfit.files import write
 
     check(source, outputs, kind, dimension)
     for path in outputs:
-        with about(path):
-            write(path, result, unit.value)
+        with busy(f"writing {path}", quiet) as progress, about(path):
+            write(path, result, unit.value, progress)
 
 
 @contextmanager

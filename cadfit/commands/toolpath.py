@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cadfit.commands.options import Effort, Quiet
-from cadfit.commands.terminal import Mistake, about, busy, report
+from cadfit.commands.options import Effort, Quiet, Verbose
+from cadfit.commands.terminal import Mistake, about, busy, report, timed
 
 if TYPE_CHECKING:
     from cadfit.toolpaths import Summary
@@ -41,13 +41,14 @@ def toolpath(
     effort: Annotated[Effort, typer.Option(help="fast, or best for fewer arcs in ten times the time.")] = Effort.fast,
     decimals: Annotated[int | None, typer.Option(help="Of coordinates.  [4, in inches 5]")] = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Refit the cutting moves of a G-code program with few lines and curves, and leave everything else as it is."""
     from cadfit.toolpaths import refit
 
     if output.exists() and source.exists() and output.samefile(source):
         raise Mistake(f"{output}: the output would replace the input")
-    with busy(f"refitting {source}", quiet) as progress, about(source):
+    with timed(verbose), busy(f"refitting {source}", quiet) as progress, about(source):
         done = refit(
             source,
             output,

@@ -51,18 +51,19 @@ def tube(
     from cadfit.stages import stage
     from cadfit.sweeping.tube import tube as meshed
 
-    with timed(verbose), busy(f"sweeping along {source}", quiet) as progress:
+    with timed(verbose):
         swept = Swept.to(source, output, caps, on_self_intersection)
         with about(source):
             size: Any = number_or_name(radius)
             how = How(method, closed, tension, curvature, fit)
-            way = way_in(source, how, unit.value, None if isinstance(size, float) else size)
+            way = way_in(source, how, unit.value, quiet, None if isinstance(size, float) else size)
             size = size if isinstance(size, float) else way.values
-            like: dict[str, Any] = {"thickness": thickness, "up": up_of(up), "caps": caps.value}
-            heard: dict[str, Any] = {"on_self_intersection": on_self_intersection.value, "progress": progress}
+        with busy(f"sweeping along {source}", quiet) as progress, about(source):
+            like: dict[str, Any] = {"thickness": thickness, "up": up_of(up), "caps": caps.value, "progress": progress}
 
             def mesh() -> Any:
-                return meshed(way.curve, size, tolerance, texture=texture, **like, **heard)
+                answer: Any = on_self_intersection.value
+                return meshed(way.curve, size, tolerance, texture=texture, on_self_intersection=answer, **like)
 
             def solid() -> Any:
                 from cadfit.occt import tube_solid
@@ -71,5 +72,5 @@ def tube(
 
             with stage("sweeping"):
                 made = swept.made(mesh, solid)
-        said = swept.write(made, unit)
+        said = swept.write(made, unit, quiet)
     report(str(source), way.said | said, output, quiet)

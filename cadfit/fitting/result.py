@@ -12,6 +12,7 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.deviation import Deviation
+from cadfit.stages import Progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,11 +98,13 @@ class Fit:
 
         return plot_comb(self.curves, ax, **options)
 
-    def report(self, path: str | os.PathLike[str], *, title: str = "", unit: str = "") -> None:
+    def report(
+        self, path: str | os.PathLike[str], *, title: str = "", unit: str = "", progress: Progress | None = None
+    ) -> None:
         """Write the fit as one HTML page to look at, which opens offline (see `cadfit.report.report`)."""
         from cadfit.report import report
 
-        report(self, path, title=title, unit=unit)
+        report(self, path, title=title, unit=unit, progress=progress)
 
 
 def _again(*values: Any) -> Fit:

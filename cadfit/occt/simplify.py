@@ -16,6 +16,7 @@ from cadfit.fitting.result import Fit
 from cadfit.occt.exact import edges_in_order, halved, placed, raised, rational_pieces, straying
 from cadfit.occt.kernel import CONFUSION
 from cadfit.occt.shapes import from_edge
+from cadfit.stages import Progress
 
 _SHARE = 0.04  # of the tolerance is left to the chords between samples
 _LEAST, _MOST = 400, 1 << 20  # samples of a curve
@@ -23,7 +24,9 @@ _CORNER = float(np.radians(1.0))
 _EPS = float(np.finfo(np.float64).eps)
 
 
-def simplify(edge: TopoDS_Edge | TopoDS_Wire, tolerance: float, *, effort: Effort = "best") -> Fit:
+def simplify(
+    edge: TopoDS_Edge | TopoDS_Wire, tolerance: float, *, effort: Effort = "best", progress: Progress | None = None
+) -> Fit:
     """Return cubic splines, with as few poles as were found, within `tolerance` of an edge or a wire, both ways.
 
     No place of the edge is farther than the tolerance (a length) from the splines, and no place of the splines from
@@ -38,8 +41,9 @@ def simplify(edge: TopoDS_Edge | TopoDS_Wire, tolerance: float, *, effort: Effor
     fitted to the polyline of those chords, with `between="polyline"`, within what is left. The sum of both bounds
     (`fit.deviation`, `points` the same as `between`) holds for whole curves. `fit.points` are samples of the edge.
 
-    `effort` as for `cadfit.fit`. Raises ValueError for other shapes, offset curves and curves on surfaces (which are
-    not rational), wires that branch, and a tolerance too small to be certified with a million samples, naming it.
+    `effort` and `progress` as for `cadfit.fit`. Raises ValueError for other shapes, offset curves and curves on
+    surfaces (which are not rational), wires that branch, and a tolerance too small to be certified with a million
+    samples, naming it.
 
     >>> from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     >>> from OCP.gp import gp_Ax2, gp_Circ
@@ -65,7 +69,9 @@ def simplify(edge: TopoDS_Edge | TopoDS_Wire, tolerance: float, *, effort: Effor
     corners = np.searchsorted(places, _corners(pieces, closed))
     rounding = 64.0 * _EPS * float(np.abs(points).max())
     aside = stray + opening + rounding
-    found = fit(points, tolerance - aside, closed=closed, corners=corners, between="polyline", effort=effort)
+    found = fit(
+        points, tolerance - aside, closed=closed, corners=corners, between="polyline", effort=effort, progress=progress
+    )
     far = max(found.deviation.points, found.deviation.between) + aside
     deviation = Deviation(far, far, found.deviation.rms + aside, found.deviation.worst)
     found = replace(found, deviation=deviation, tolerance=float(tolerance))

@@ -16,6 +16,7 @@ from cadfit.occt.checks import Wall
 from cadfit.occt.kernel import CONFUSION, KernelError, building
 from cadfit.occt.profiles import arcs, circle
 from cadfit.occt.surfaces import Spine, rail, spine
+from cadfit.stages import Progress, portion
 from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile
 from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 _FINE = 1e-4  # of the reach: the tolerance where none is given
 _CUSP = 0.1  # of the reach: a path that bends more tightly is refused whatever the profile
+_MESHED, _RAILED, _BUILT = 0.3, 0.5, 0.7  # of the work, about: the rest is checks
 _DENSER = (1, 2, 4, 8, 16)  # times as many stations, until the tolerance can be seen to be kept
 
 
@@ -40,6 +42,7 @@ def sweep_solid(
     twist: Law = 0.0,
     up: ArrayLike | None = None,
     caps: Caps = "flat",
+    progress: Progress | None = None,
 ) -> TopoDS_Solid:
     """Return the solid that a profile sweeps out along a path: faces, edges and vertices made outright, then checked.
 
@@ -48,7 +51,8 @@ def sweep_solid(
     one, seen at several places between any two of its knots; round the profile it is exact. There is a face for each
     smooth part of the profile (two where that is all of it) and each part of the path between corners and jumps of
     curvature. Corners are mitred, exactly between straight parts; else the walls lean toward the mitre over four times
-    its depth.
+    its depth. `progress` is called with the part that is done, from 0 to 1, a few times; raising from
+    it stops.
 
     Before it is returned a mesh of the sweep has been found not to pass through itself; the volume between the walls,
     integrated exactly, is that of the exact sweep within the tolerance times the walls' area, and the mesh's within the
@@ -74,9 +78,10 @@ def sweep_solid(
     walls = [Wall(arcs(loop), sizes) for loop in shape.loops]
 
     def mesh() -> Trimesh:
-        return sweep(along, shape, scale=sizes, twist=turns, up=up, caps=caps, on_self_intersection="raise")
+        like: dict[str, Any] = {"scale": sizes, "twist": turns, "up": up, "caps": caps}
+        return sweep(along, shape, on_self_intersection="raise", progress=portion(progress, 0.0, _MESHED), **like)
 
-    return _solid(along, walls, turns, up, tolerance, caps, mesh, "reach")
+    return _solid(along, walls, turns, up, tolerance, caps, mesh, "reach", portion(progress, 0.0, 1.0))
 
 
 def tube_solid(
@@ -87,12 +92,13 @@ def tube_solid(
     thickness: float | None = None,
     up: ArrayLike | None = None,
     caps: Caps = "flat",
+    progress: Progress | None = None,
 ) -> TopoDS_Solid:
     """Return the solid tube round a path, hollow where a `thickness` of its wall is given.
 
-    `path`, `radius`, `thickness`, `up` as in `cadfit.tube`; `tolerance` (default: a ten-thousandth of the radius) and
-    `caps` as in `sweep_solid`. Two faces go round, so that none has a seam; each is exactly round. Checked, and raises,
-    as `sweep_solid`.
+    `path`, `radius`, `thickness`, `up` as in `cadfit.tube`; `tolerance` (default: a ten-thousandth of the radius),
+    `caps` and `progress` as in `sweep_solid`. Two faces go round, so that none has a seam; each is exactly round.
+    Checked, and raises, as `sweep_solid`.
 
     >>> path = BSpline([[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 3]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> round(volume(tube_solid(path, 1.0)) / math.pi, 6)
@@ -114,9 +120,11 @@ def tube_solid(
 
     def mesh() -> Trimesh:
         law = radius if is_number(radius) else outer
-        return tube(along, law, thickness=thickness, up=up, caps=caps, on_self_intersection="raise")
+        like: dict[str, Any] = {"thickness": thickness, "up": up, "caps": caps}
+        return tube(along, law, on_self_intersection="raise", progress=portion(progress, 0.0, _MESHED), **like)
 
-    return _solid(along, walls, law_of(0.0, along.domain, "twist", 1.0), up, tolerance, caps, mesh, "radius")
+    still = law_of(0.0, along.domain, "twist", 1.0)
+    return _solid(along, walls, still, up, tolerance, caps, mesh, "radius", portion(progress, 0.0, 1.0))
 
 
 def volume(solid: TopoDS_Solid) -> float:
@@ -133,6 +141,7 @@ def _solid(
     caps: Caps,
     mesh: Callable[[], Trimesh],
     what: Literal["radius", "reach"],
+    progress: Progress,
 ) -> TopoDS_Solid:
     """Return the solid between walls, the outer one first; `mesh` makes a mesh of the same, `what` names the reach."""
     if caps not in ("flat", "round"):
@@ -147,6 +156,7 @@ def _solid(
     except SelfIntersectionError as error:
         raise KernelError(f"no solid: {error}") from error
     whole, rails = _rails(path, walls, twist, up, reach, tolerance)
+    progress(_RAILED)
     exact, area = (math.fsum(each) for each in zip(*(checks.exact(whole, wall) for wall in walls), strict=True))
     held = [checks.held(wall.loop, row) for wall, row in zip(walls, rails, strict=True)]
     if not abs(math.fsum(held) - exact) <= tolerance * area:
@@ -160,7 +170,9 @@ def _solid(
         raise KernelError(f"the walls hold {math.fsum(held):.9g}, a mesh of the same {meshed:.9g}")
     with building(f"a solid of {sum(len(row.poles) for row in rails[0])} sections"):
         made = _built(walls, rails, whole.closed, caps)
+        progress(_BUILT)
         checks.check(made, held, area)
+    progress(1.0)
     return made
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from time import perf_counter
@@ -14,12 +15,13 @@ from scipy.interpolate import splev, splprep
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
-from cadfit.fitting.approximate import fit
+from cadfit.fitting.approximate import Effort, fit
 from cadfit.fitting.judging import judged, straying
-from cadfit.fitting.result import Fit
 from cadfit.joining import periodic
 from cadfit.points.clean import clean
 from cadfit.report.data import Entry
+from cadfit.stages import Progress, stage
+from cadfit.workers import within
 
 
 def fitpack(points: Array, tolerance: float, closed: bool, rounds: int = 20) -> BSpline | None:
@@ -68,14 +70,23 @@ def occt(points: Array, tolerance: float, closed: bool) -> BSpline | None:
         return None
 
 
-Made = Callable[[Array, float, bool], "Fit | BSpline | None"]
+METHODS = ("cadfit", "fast", "fitpack", "occt")
+LIMIT = 60.0  # seconds that a method of others may take
 
-METHODS: dict[str, Made] = {
-    "cadfit": lambda points, tolerance, closed: fit(points, tolerance, closed=closed),
-    "fast": lambda points, tolerance, closed: fit(points, tolerance, closed=closed, effort="fast"),
-    "fitpack": fitpack,
-    "occt": occt,
-}
+_THEIRS: dict[str, Callable[[Array, float, bool], BSpline | None]] = {"fitpack": fitpack, "occt": occt}
+_NEEDS = {"occt": "cadfit.occt.approximating"}
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    """A method that made no curve of some points, and why not."""
+
+    name: str
+    points: int
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.reason}"
 
 
 def usual(dimension: int) -> list[str]:
@@ -84,20 +95,52 @@ def usual(dimension: int) -> list[str]:
     return ["cadfit", "fitpack", *kernel]
 
 
-def by_method(method: str, points: Array, tolerance: float, closed: bool | None = None, name: str = "") -> Entry | None:
-    """Return what a method makes of points (n, d), judged and timed; None where it makes nothing of them."""
-    cleaned = clean(points, closed)
-    if method == "occt":
-        import_module("cadfit.occt.approximating")  # before the clock runs: it takes seconds
+def by_method(
+    method: str,
+    points: Array,
+    tolerance: float,
+    closed: bool | None = None,
+    name: str = "",
+    *,
+    limit: float = LIMIT,
+    progress: Progress | None = None,
+) -> Entry | Nothing:
+    """Return what a method makes of points (n, d), judged and timed, or why it makes nothing of them.
+
+    The methods of others run in a process of their own, which is ended after `limit` seconds: no one can tell how long
+    the kernel will take. `progress` is that of ours.
+    """
+    name, cleaned = name or method, clean(points, closed)
+    if method in _THEIRS:
+        with stage(method):
+            curve, seconds = _limited(method, cleaned.points, tolerance, cleaned.closed, limit)
+        if not isinstance(curve, BSpline):
+            return Nothing(name, len(cleaned.points), curve)
+        found = judged(curve, points, closed, tolerance, "curve")
+        return Entry(name, found, seconds, len(straying(found, tolerance)))
     start = perf_counter()
-    made = METHODS[method](cleaned.points, tolerance, cleaned.closed)
-    seconds = perf_counter() - start
-    if made is None:
-        return None
-    found = made if isinstance(made, Fit) else judged(made, points, closed, tolerance, "curve")
+    effort: Effort = "fast" if method == "fast" else "best"
+    made = fit(cleaned.points, tolerance, closed=cleaned.closed, effort=effort, progress=progress)
     # Where our fit splits at corners each part keeps its own room, which it was held to.
-    strays = 0 if isinstance(made, Fit) else len(straying(found, tolerance))
-    return Entry(name or method, found, seconds, strays)
+    return Entry(name, made, perf_counter() - start, 0)
+
+
+def _limited(method: str, points: Array, tolerance: float, closed: bool, limit: float) -> tuple[BSpline | str, float]:
+    """Return the curve that a method of others makes in a process of its own, or why there is none; and its seconds."""
+    needs = _NEEDS.get(method)
+    if needs and find_spec("OCP") is None:
+        import_module(needs)  # says which extra brings the kernel
+    outcome = within(limit, _made, (method, points, tolerance, closed), [needs] if needs else [])
+    if outcome is None:
+        return f"no answer within {limit:g} s", limit
+    if outcome.error is not None:
+        return f"{outcome.error}: {outcome.reason}", outcome.seconds
+    return outcome.value or "makes no curve of it", outcome.seconds
+
+
+def _made(task: tuple[str, Array, float, bool]) -> BSpline | None:
+    method, points, tolerance, closed = task
+    return _THEIRS[method](points, tolerance, closed)
 
 
 def of_curves(curves: Sequence[BSpline], points: Array, tolerance: float, closed: bool | None, name: str) -> Entry:

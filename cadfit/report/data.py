@@ -13,6 +13,7 @@ from cadfit.bspline import BSpline
 from cadfit.files.facts import continuity
 from cadfit.fitting.along import Trace, allowed, largest_rows, off_chords, off_points, trace
 from cadfit.fitting.result import Fit
+from cadfit.stages import Progress, unheard
 
 MOST_POINTS = 20_000  # shown; a canvas draws as many in a few milliseconds
 MOST_SPANS = 10_000
@@ -65,7 +66,7 @@ def figures(entry: Entry, along: Trace) -> dict[str, Any]:
     }
 
 
-def page_data(entries: Sequence[Entry], unit: str) -> dict[str, Any]:
+def page_data(entries: Sequence[Entry], unit: str, progress: Progress = unheard) -> dict[str, Any]:
     """Return what the page draws and says, ready for JSON.
 
     Coordinates are counted from `centre`, poles and knots (`exact_poles`, `knots`) are the very numbers.
@@ -78,8 +79,12 @@ def page_data(entries: Sequence[Entry], unit: str) -> dict[str, Any]:
     low, high = every.min(axis=0), every.max(axis=0)
     centre, size = low + 0.5 * (high - low), float(np.linalg.norm(high - low))
     shape = _Shape(centre, size, graph=d == 1)
-    sets = _sets(fits, shape)
-    shown = [_shown(entry, k, entries, sets, shape) for k, entry in enumerate(entries)]
+    progress(0.0)
+    sets, shown = _sets(fits, shape), []
+    for k, entry in enumerate(entries):
+        progress((k + 1) / (len(entries) + 1))
+        shown.append(_shown(entry, k, entries, sets, shape))
+    progress(1.0)
     domain = max(float(np.ptp(fit.curves[-1].domain[-1:] + fit.curves[0].domain[:1])) for fit in fits)
     return {
         "format": "cadfit report 1",

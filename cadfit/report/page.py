@@ -15,6 +15,7 @@ from string import Template
 from typing import Any
 
 from cadfit.report.data import Entry, page_data
+from cadfit.stages import Progress, unheard
 
 _SCRIPTS = ["geometry.js", "camera.js", "scene.js", "chart.js", "page.js"]
 _IDLE = "Point at the view or a chart; a click keeps the place, a click in a chart goes there, Esc lets go."
@@ -35,10 +36,16 @@ _SWATCHES = {  # drawn as the view draws them
 
 
 def page(
-    entries: Sequence[Entry], title: str, unit: str = "", calls: Sequence[str] = (), source: Path | None = None
+    entries: Sequence[Entry],
+    title: str,
+    unit: str = "",
+    calls: Sequence[str] = (),
+    source: Path | None = None,
+    without: Sequence[str] = (),
+    progress: Progress = unheard,
 ) -> str:
-    """Return the page of one fit or several; `source`: the file the points are of, whose digest is given."""
-    data = page_data(entries, unit)
+    """Return the page of one fit or several: see `cadfit.report.write`; the digest of `source` is given."""
+    data = page_data(entries, unit, progress)
     here = files("cadfit.report")
     asset = {name: here.joinpath(name).read_text(encoding="utf-8") for name in ["page.html", "style.css", *_SCRIPTS]}
     several = len(entries) > 1
@@ -57,7 +64,7 @@ def page(
         unit=f" ({escape(unit)})" if unit else "",
         deviation_legend=_deviation_legend(data, several),
         curvature=_curvature(unit) if data["entries"][0]["along"]["bend"] is not None else "",
-        table=_table(data, unit),
+        table=_table(data, unit) + _without(without),
         notes=_notes(data),
         calls="".join(f"<pre>{escape(call)}</pre>" for call in calls) + _digest(source),
         versions=escape(_versions()),
@@ -197,6 +204,11 @@ def _table(data: dict[str, Any], unit: str) -> str:
     return (
         f'<h2>Figures</h2><table class="{"several" if several else "one"}">{head}<tbody>{"".join(rows)}</tbody></table>'
     )
+
+
+def _without(lines: Sequence[str]) -> str:
+    """Return what there is to say of ways that made no curve."""
+    return "".join(f'<p class="broken">{escape(line)}</p>' for line in lines)
 
 
 def _column(k: int, figures: dict[str, Any], unit: str, several: bool) -> dict[str, str]:

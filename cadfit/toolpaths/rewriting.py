@@ -12,6 +12,7 @@ from typing import IO, Literal, NamedTuple, get_args
 from cadfit import bezier
 from cadfit.fitting.approximate import Effort
 from cadfit.replacing import replacing
+from cadfit.stages import portion, stage
 from cadfit.toolpaths.biarcs import Rules
 from cadfit.toolpaths.klartext import Klartext
 from cadfit.toolpaths.machine import Machine, Move
@@ -68,7 +69,7 @@ def refit(
     `curves`: "arcs" for G2 and G3 (and lines); "g5" for the cubic pieces of LinuxCNC, in the plane of X and Y; "poly"
     for those of Siemens; "spl" for those of Heidenhain, with the whole program in its
     plain language. `effort`: "best" for fewer arcs in ten times the time (`cadfit.arcs`). `progress` is called with
-    the part that is done, from 0 to 1.
+    the part that is done, from 0 to 1; raising from it stops.
 
     Raises ValueError naming the line for a file that is no G-code, contradicts itself, or has macros; then, and when
     writing fails, what was at `target` is as it was.
@@ -95,6 +96,7 @@ def refit(
         for line in job.writer.finished():
             job.write(line)
         job.summary.kept = job.machine.unknown
+    portion(progress, 0.0, 1.0)(1.0)
     return job.summary
 
 
@@ -169,6 +171,7 @@ class _Job:
         for line in self.writer.lines(run, cuts, self._decimals(run)):
             self.write(line)
 
+    @stage("fitting runs")
     def _fitted(self, run: Run) -> tuple[list[Cut], float]:
         """Return moves for a run and how far they are from it; none where they are not fewer, or too far."""
         unit = 1 / 25.4 if run.modes.inches else 1.0
