@@ -7,6 +7,7 @@ import pytest
 from browser import Browser, needs_browser
 
 import cadfit
+from cadfit.fitting.judging import judged
 from cadfit.report import Entry, write
 
 pytestmark = [needs_browser, pytest.mark.slow]
@@ -206,6 +207,49 @@ def test_several_on_one_page_are_hidden_one_by_one(opened):
     browser.click('[data-entry="0"]')
     browser.click('[data-entry="1"]')  # the last one stays
     assert browser.pixels("#curvature", VERMILION) > 50
+
+
+def test_on_dark_paper(opened, browser):
+    paper = "return getComputedStyle(find('body')).backgroundColor"
+    try:
+        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        opened(FLAT, unit="mm")
+        assert browser.run(paper) == "rgb(18, 22, 28)"
+        assert browser.pixels("#view", BLUE) == 0
+        assert browser.pixels("#view", "#59a3cd") > 200  # lighter by a third
+        browser.call("Emulation.setEmulatedMedia", features=[])
+        assert browser.pixels("#view", BLUE) > 200  # changed while it is open
+        assert browser.run(paper) == "rgb(245, 246, 248)"
+    finally:
+        browser.call("Emulation.setEmulatedMedia", features=[])
+
+
+def test_in_a_narrow_window_nothing_sticks_out(opened, browser):
+    size = {"height": 900, "deviceScaleFactor": 1, "mobile": False}
+    try:
+        for width in (360, 700, 1000):
+            browser.call("Emulation.setDeviceMetricsOverride", width=width, **size)
+            opened(SPACE, unit="mm")
+            assert browser.run("return document.documentElement.scrollWidth <= window.innerWidth"), width
+            assert browser.pixels("#view", VERMILION) > 100
+    finally:
+        browser.call("Emulation.setDeviceMetricsOverride", width=1440, **size)
+
+
+def test_many_points_do_not_hide_the_curve(opened):
+    t = np.linspace(0.0, 9.0, 50_000)
+    noise = np.random.default_rng(0).normal(scale=0.01, size=(len(t), 2))
+    browser = opened(cadfit.fit(np.column_stack([t, np.sin(t)]) + noise, 0.06, effort="fast"))
+    assert browser.pixels("#view", BLUE) > 500
+    assert browser.pixels("#view", VERMILION) > 500
+
+
+def test_a_spike_of_the_curvature_is_shown_on_a_logarithmic_scale(opened):
+    gentle = cadfit.BSpline([[0, 0], [1, 0.2], [2, 0.2], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    tight = cadfit.BSpline([[3, 0], [3 + 1e-6, 0], [3, 1e-6], [4, 1]], [1, 1, 1, 1, 2, 2, 2, 2])
+    for curves, log in [((gentle,), "false"), ((gentle, tight), "true")]:
+        browser = opened(judged(curves, [curves[0].poles[0], curves[-1].poles[-1]]))
+        assert browser.run("return find('[data-log=curvature]').getAttribute('aria-pressed')") == log
 
 
 def test_names_do_no_harm(opened):

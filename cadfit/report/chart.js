@@ -62,9 +62,10 @@ class Chart {
     pen.clip();
     this.drawCorners();
     for (const entry of this.entries) for (const series of this.series(entry)) this.drawSeries(series);
-    for (const level of this.levels(this.entries)) this.drawLevel(level, high);
+    const levels = this.levels(this.entries).filter(({ value }) => value <= high);
+    for (const level of levels) this.drawLevel(level);
     pen.restore();
-    for (const mark of this.marks(this.entries)) this.drawMark(mark);
+    for (const mark of this.marks(this.entries)) this.drawMark(mark, levels);
     if (this.cursor) this.drawCursor();
     if (this.selection) {
       pen.fillStyle = "rgba(0,114,178,0.12)";
@@ -84,10 +85,10 @@ class Chart {
       pen.stroke();
     };
     const across = ticks(from, to, (box.right - box.left) / 90);
-    pen.fillStyle = FAINT;
+    pen.fillStyle = PAINT.faint;
     pen.textAlign = "center";
     for (const value of across.values) {
-      line("#f1f3f6", x(value), box.top, x(value), box.bottom);
+      line(PAINT.grid, x(value), box.top, x(value), box.bottom);
       pen.fillText(across.text(value), x(value), box.bottom + 15);
     }
     let upward = ticks(low, high, (box.bottom - box.top) / 22);
@@ -99,16 +100,16 @@ class Chart {
     }
     pen.textAlign = "right";
     for (const value of upward.values) {
-      line(value === 0 && low < 0 ? "#aab3bd" : "#f1f3f6", box.left, y(value), box.right, y(value));
+      line(value === 0 && low < 0 ? PAINT.axis : PAINT.grid, box.left, y(value), box.right, y(value));
       pen.fillText(upward.text(value), box.left - 7, y(value) + 4);
     }
-    line("#aab3bd", box.left, box.bottom, box.right, box.bottom);
-    line("#aab3bd", box.left, box.top, box.left, box.bottom);
+    line(PAINT.axis, box.left, box.bottom, box.right, box.bottom);
+    line(PAINT.axis, box.left, box.top, box.left, box.bottom);
   }
 
   drawCorners() {
     const { pen, box, x } = this;
-    pen.strokeStyle = "#c2c9d1";
+    pen.strokeStyle = PAINT.edge;
     pen.setLineDash([2, 3]);
     pen.beginPath();
     for (const entry of this.entries)
@@ -147,9 +148,9 @@ class Chart {
     pen.globalAlpha = 1;
   }
 
-  drawLevel({ value, name, colour }, high) {
-    const { pen, box, y } = this;
-    if (value > high) return;
+  // The name stands at the end of the line that is farther from the marks.
+  drawLevel({ value, name, colour }) {
+    const { pen, box, x, y } = this;
     pen.strokeStyle = colour;
     pen.lineWidth = 1.2;
     pen.setLineDash([6, 4]);
@@ -158,10 +159,14 @@ class Chart {
     pen.lineTo(box.right, y(value));
     pen.stroke();
     pen.setLineDash([]);
-    label(pen, name, box.left + 8, y(value) + (y(value) - box.top < 14 ? 14 : -5), colour);
+    const places = this.marks(this.entries).map(({ s }) => x(s));
+    const atEnd = Math.min(...places) - box.left < box.right - Math.max(...places);
+    const below = y(value) - box.top < 14;
+    label(pen, name, atEnd ? box.right - 8 : box.left + 8, y(value) + (below ? 14 : -5), colour, atEnd ? "right" : "left");
   }
 
-  drawMark({ s, value, name, colour }) {
+  // The name stands above the ring, or below it where above is no room, or a level's line.
+  drawMark({ s, value, name, colour }, levels) {
     const { pen, box, x, y } = this;
     const [px, py] = [x(s), y(value)];
     if (px < box.left - 1 || px > box.right + 1) return;
@@ -171,14 +176,18 @@ class Chart {
     pen.arc(px, py, 6, 0, 7);
     pen.stroke();
     const right = px < box.right - 150;
-    label(pen, name, px + (right ? 9 : -9), py < box.top + 14 ? py + 16 : py - 7, INK, right ? "left" : "right");
+    const crossed = (baseline) => levels.some((level) => Math.abs(y(level.value) - baseline + 4) < 9);
+    const [above, below] = [py - 7, py + 16];
+    const free = (baseline) => baseline > box.top + 8 && baseline < box.bottom + 4 && !crossed(baseline);
+    const baseline = [above, below, py - 20, py + 28].find(free) ?? above;
+    label(pen, name, px + (right ? 9 : -9), baseline, PAINT.ink, right ? "left" : "right");
   }
 
   drawCursor() {
     const { pen, box, x, y, cursor } = this;
     const px = x(cursor.s);
     if (px < box.left - 1 || px > box.right + 1) return;
-    pen.strokeStyle = "#5b6573";
+    pen.strokeStyle = PAINT.faint;
     pen.lineWidth = 1;
     pen.beginPath();
     pen.moveTo(px, box.top);
@@ -186,8 +195,8 @@ class Chart {
     pen.stroke();
     const value = this.valueAt(cursor);
     if (value === null || value === undefined) return;
-    pen.fillStyle = "#fff";
-    pen.strokeStyle = INK;
+    pen.fillStyle = PAINT.paper;
+    pen.strokeStyle = PAINT.ink;
     pen.lineWidth = 2;
     pen.beginPath();
     pen.arc(px, clamp(y(value), box.top, box.bottom), 4, 0, 7);

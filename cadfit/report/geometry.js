@@ -10,7 +10,7 @@ function words(x, digits = 6) {
     const [head, power] = x.toExponential(digits - 1).split("e");
     return `${head.includes(".") ? head.replace(/\.?0+$/, "") : head}e${power.replace("+", "")}`;
   }
-  const text = x.toPrecision(digits);
+  const text = size >= 10 ** digits ? String(Number(x.toPrecision(digits))) : x.toPrecision(digits);
   return text.includes(".") ? text.replace(/\.?0+$/, "") : text;
 }
 
@@ -93,7 +93,7 @@ function label(pen, text, x, y, colour, align = "left") {
   pen.textAlign = align;
   pen.lineJoin = "round";
   pen.lineWidth = 3;
-  pen.strokeStyle = "rgba(255,255,255,0.85)";
+  pen.strokeStyle = PAINT.halo;
   pen.strokeText(text, x, y);
   pen.fillStyle = colour;
   pen.fillText(text, x, y);
@@ -101,5 +101,14 @@ function label(pen, text, x, y, colour, align = "left") {
 }
 
 const FONT = '11.5px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
-const INK = "#1d2430";
-const FAINT = "#5b6573";
+
+// The colours of the page, by the names they have in its style; they change with the theme.
+const PAINT = {};
+const theme = window.matchMedia("(prefers-color-scheme: dark)");
+function mix() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["ink", "faint", "paper", "halo", "grid", "axis", "edge", "poles"])
+    PAINT[name] = style.getPropertyValue(`--${name}`).trim();
+}
+mix();
+theme.addEventListener("change", mix);

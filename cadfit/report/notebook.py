@@ -60,19 +60,22 @@ def _picture(curves: Sequence[BSpline], points: Array | None) -> str:
         return ""
     view = np.eye(2) if d == 2 else _SEEN
     pieces = np.concatenate([curve.pieces() for curve in curves])
-    seen = (pieces[:, :, : view.shape[1]] - pieces[0, 0, : view.shape[1]]) @ view.T * [1.0, -1.0]
-    ends = seen.reshape(-1, 2)
+    poles = np.concatenate([curve.poles for curve in curves])
+    few_poles = len(poles) <= _MOST
+
+    def seen(places: Array) -> Array:
+        return np.asarray((places[..., : view.shape[1]] - pieces[0, 0, : view.shape[1]]) @ view.T * [1.0, -1.0])
+
+    ends = seen(poles if few_poles else pieces.reshape(-1, d))
     low, size = ends.min(axis=0), np.ptp(ends, axis=0)
     scale = min((np.array([_WIDTH, _HEIGHT]) - 2 * _MARGIN) / np.maximum(size, 1e-300)) if size.any() else 1.0
     shift = 0.5 * (np.array([_WIDTH, _HEIGHT]) - scale * size) - scale * low
 
     def at(places: Array) -> Array:
-        flat = (places[..., : view.shape[1]] - pieces[0, 0, : view.shape[1]]) @ view.T * [1.0, -1.0]
-        return np.asarray(scale * flat + shift)
+        return np.asarray(scale * seen(places) + shift)
 
     drawn = [f'<path d="{_path(at(pieces))}" fill="none" stroke="#0072B2" stroke-width="1.8"/>']
-    poles = np.concatenate([curve.poles for curve in curves])
-    if len(poles) <= _MOST:
+    if few_poles:
         for curve in curves:
             line = " ".join(f"{x:.1f},{y:.1f}" for x, y in at(curve.poles).tolist())
             drawn.insert(0, f'<polyline points="{line}" fill="none" stroke="#999" stroke-width="0.7"/>')

@@ -4,9 +4,11 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const find = (selector) => document.querySelector(selector);
 const findAll = (selector) => [...document.querySelectorAll(selector)];
 const several = data.entries.length > 1;
+const SPIKE = 1000;
 
 for (const entry of data.entries) {
   entry.hidden = false;
+  entry.paint = entry.colour;
   entry.starts = new Set([0]);
   entry.along.span.forEach((span, i, all) => {
     if (i && span !== all[i - 1] && entry.first_spans.includes(span)) entry.starts.add(i);
@@ -21,13 +23,13 @@ const range = [0, Math.max(...data.entries.map((entry) => entry.length))];
 
 const deviations = new Chart(find("#deviation"), data, range, {
   series: (entry) => [
-    ...(entry.between.room && !several ? [{ s: entry.between.s, y: entry.between.room, colour: "#9aa4af", thick: 1, quiet: true }] : []),
-    { s: entry.between.s, y: entry.between.off, colour: several ? entry.colour : "#0072B2", alpha: several ? 0.55 : 0.8, thick: 1 },
+    ...(entry.between.room && !several ? [{ s: entry.between.s, y: entry.between.room, colour: PAINT.axis, thick: 1, quiet: true }] : []),
+    { s: entry.between.s, y: entry.between.off, colour: entry.colour, alpha: several ? 0.55 : 0.8, thick: 1 },
     { s: entry.s, y: entry.off, colour: several ? entry.colour : data.sets[entry.set].colour, dots: true },
   ],
   levels: (entries) => {
     const tolerances = [...new Set(entries.map((entry) => entry.tolerance).filter((t) => t !== null))];
-    return tolerances.map((value) => ({ value, name: `tolerance ${words(value)}`, colour: INK }));
+    return tolerances.map((value) => ({ value, name: `tolerance ${words(value)}`, colour: PAINT.ink }));
   },
   marks: (entries) =>
     entries.map((entry) => ({
@@ -36,7 +38,7 @@ const deviations = new Chart(find("#deviation"), data, range, {
       value: entry.worst.off,
       point: entry.worst.shown,
       name: several ? "" : `point ${entry.worst.row}: ${words(entry.worst.off, 4)}`,
-      colour: several ? entry.colour : INK,
+      colour: several ? entry.colour : PAINT.ink,
     })),
   valueAt: ({ entry, s, point }) =>
     point !== undefined ? entry.off[point] : entry.between.off[nearestRow(entry.between.s, s)],
@@ -123,6 +125,12 @@ for (const chart of charts) {
   };
 }
 
+// Whether the largest curvature is out of all proportion to that along most of the curves.
+function spiky(entries) {
+  const bends = entries.flatMap((entry) => entry.along.bend.map(Math.abs)).sort((a, b) => a - b);
+  return bends.at(-1) > SPIKE * (bends[Math.floor(bends.length / 2)] || Infinity);
+}
+
 const redraw = () => [scene, ...charts].forEach((each) => each.redraw());
 
 function press(button, on) {
@@ -193,4 +201,15 @@ function magnify() {
 times.addEventListener("input", magnify);
 magnify();
 document.addEventListener("keydown", (event) => event.key === "Escape" && pin(null));
+// On dark paper curves are drawn lighter.
+const lighter = (colour) =>
+  "#" + [1, 3, 5].map((k) => Math.round(0.65 * parseInt(colour.slice(k, k + 2), 16) + 0.35 * 255).toString(16)).join("");
+function dress() {
+  for (const entry of data.entries) entry.colour = theme.matches ? lighter(entry.paint) : entry.paint;
+  redraw();
+}
+theme.addEventListener("change", dress);
+dress();
+// One spike would press all else to the floor.
+if (curvatures && spiky(data.entries)) find("[data-log=curvature]").click();
 document.documentElement.dataset.ready = "yes";

@@ -17,20 +17,20 @@ from typing import Any
 from cadfit.report.data import Entry, page_data
 from cadfit.stages import Progress, unheard
 
-_SCRIPTS = ["geometry.js", "camera.js", "scene.js", "chart.js", "page.js"]
+_SCRIPTS = ["geometry.js", "camera.js", "ground.js", "layers.js", "scene.js", "chart.js", "page.js"]
 _IDLE = "Point at the view or a chart; a click keeps the place, a click in a chart goes there, Esc lets go."
 
 _SWATCHES = {  # drawn as the view draws them
     "points": '<circle cx="6.5" cy="6.5" r="3.4" fill="{0}"/>',
     "curve": '<path d="M1 10C4 0 8 12 12 3" fill="none" stroke="{0}" stroke-width="2"/>',
     "poles": '<path d="M1 10L6.5 3 12 9" fill="none" stroke="#7b8490"/>'
-    '<path d="M4.5 1h4v4h-4z" fill="#fff" stroke="#7b8490"/>',
+    '<path d="M4.5 1h4v4h-4z" fill="none" stroke="#7b8490"/>',
     "knots": '<path d="M1 6.5h11M4 2.5v8M9 2.5v8" stroke="{0}" stroke-width="1.5"/>',
     "comb": '<path d="M1 12V5M4 11V2M7 11V1M10 12V4M12 12V6" stroke="#009E73"/>',
-    "corners": '<path d="M6.5 1L12 6.5 6.5 12 1 6.5z" fill="none" stroke="#1d2430" stroke-width="1.4"/>',
-    "worst": '<circle cx="6.5" cy="6.5" r="5" fill="none" stroke="#1d2430" stroke-width="1.6"/>',
+    "corners": '<path d="M6.5 1L12 6.5 6.5 12 1 6.5z" fill="none" stroke="currentColor" stroke-width="1.4"/>',
+    "worst": '<circle cx="6.5" cy="6.5" r="5" fill="none" stroke="currentColor" stroke-width="1.6"/>',
     "deviation": '<path d="M2 11V7M6 11V1M10 11V4" stroke="#CC79A7" stroke-width="1.8"/>',
-    "tolerance": '<path d="M0 6.5h5M8 6.5h5" stroke="#1d2430" stroke-width="1.5"/>',
+    "tolerance": '<path d="M0 6.5h5M8 6.5h5" stroke="currentColor" stroke-width="1.5"/>',
     "line": '<path d="M0 6.5h13" stroke="{0}" stroke-width="2"/>',
 }
 
@@ -90,7 +90,7 @@ def _toggle(name: str, said: str, on: bool, colour: str = "", title: str = "") -
 
 def _toggles(data: dict[str, Any], several: bool) -> str:
     sets, entries = data["sets"], data["entries"]
-    curve = "#5b6573" if several else entries[0]["colour"]
+    curve = "currentColor" if several else entries[0]["colour"]
     total = sum(each["total"] for each in sets)
     poles = sum(entry["figures"]["poles"] for entry in entries)
     knots = sum(entry["figures"]["spans"] + entry["figures"]["curves"] for entry in entries)
@@ -100,7 +100,7 @@ def _toggles(data: dict[str, Any], several: bool) -> str:
         return "" if several else f' <span class="count">{number:,}</span>'
 
     found = [
-        _toggle("points", f"points{count(total)}", True, sets[0]["colour"]),
+        _toggle("points", f"points{count(total)}", True, "currentColor" if several else sets[0]["colour"]),
         _toggle("curve", "curve", True, curve),
         _toggle("poles", f"poles{count(poles)}", not several and poles <= 300, title="the control polygon"),
         _toggle("knots", f"knots{count(knots)}", False, curve),
@@ -144,7 +144,7 @@ def _views(data: dict[str, Any]) -> str:
 
 def _deviation_legend(data: dict[str, Any], several: bool) -> str:
     entry = data["entries"][0]
-    dots, line = ("#5b6573", "#5b6573") if several else (data["sets"][0]["colour"], entry["colour"])
+    dots, line = ("currentColor", "currentColor") if several else (data["sets"][0]["colour"], entry["colour"])
     said = [
         f"<span>{_swatch('points', dots)}at the points</span>",
         f"<span>{_swatch('line', line)}between them, from the chords</span>",
