@@ -13,6 +13,7 @@ from cadfit.arcing.stretch import cut
 from cadfit.arcing.within import bounds
 
 import corpus_data
+from made import Made
 
 
 def around(n=600):
@@ -42,7 +43,7 @@ def plate():
     return cadfit.fit(points, 1e-4, closed=True, between="polyline", effort="fast")
 
 
-CURVES = {"flower": flower(), "wave": wave(), "spiral": spiral(), "plate": plate()}
+CURVES = Made(flower=flower, wave=wave, spiral=spiral, plate=plate)
 
 
 def sampled(arcs, most=0.02):

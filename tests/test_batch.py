@@ -56,7 +56,7 @@ def test_results_are_those_of_fit_in_order():
 
 
 def test_names_tolerances_and_choices():
-    given = dict(zip("ab", waves(2), strict=True))
+    given = dict(zip("ab", waves(2, 24), strict=True))
     batch = cadfit.fit_many(given, [1e-2, 1e-4], jobs=1, closed=True, corners=None, between="polyline", effort="fast")
     assert batch.names == ("a", "b")
     assert [fit.tolerance for fit in batch] == [1e-2, 1e-4]

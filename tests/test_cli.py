@@ -51,6 +51,7 @@ def test_starting_imports_nothing_heavy(code):
     assert (done.stdout.splitlines()[-1], done.stderr) == ("[]", "")
 
 
+@pytest.mark.slow
 def test_the_command_is_installed_and_says_its_version():
     done = python("-m", "cadfit.cli", "--version")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{cadfit.__version__}\n", "")
@@ -279,12 +280,14 @@ def test_without_a_kernel_the_extra_is_named_before_anything_is_written(run):
     assert not os.path.exists("a.json")
 
 
+@pytest.mark.slow
 def test_a_mistake_in_a_process_of_its_own(here):
     done = python("-m", "cadfit.cli", "fit", "none.csv", "-o", "a.json")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "cadfit: none.csv: No such file or directory\n"
 
 
+@pytest.mark.slow
 def test_names_the_terminal_has_no_letters_for(here):
     write("höhe.csv", HELIX)
     done = python("-m", "cadfit.cli", "info", "höhe.csv", env=os.environ | {"PYTHONIOENCODING": "ascii"})
@@ -485,6 +488,7 @@ def test_a_radius_in_a_column(run):
     assert "holds curves, which have no column 'r'" in run("tube", "curve.json", "--radius", "r", "-o", "a.stl")[2]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("vessel")
 def test_pipes_caps_up_and_repair(run):
     volumes = {}

@@ -35,6 +35,7 @@ def entries(path):
     return json.loads(Words(Path(path).read_text(encoding="utf-8")).scripts[0])["entries"]
 
 
+@pytest.mark.slow
 def test_methods_on_one_page_and_in_the_terminal(run):
     status, out, err = run("wave.csv", "fast", "fitpack", "-t", "0.01", "-o", "page.html")
     assert (status, err) == (0, "")
@@ -54,6 +55,7 @@ def test_methods_on_one_page_and_in_the_terminal(run):
     assert out.splitlines()[-1] == "wrote page.html"
 
 
+@pytest.mark.slow
 def test_the_usual_methods(run):
     status, out, _ = run("wave.csv", "-t", "0.05")
     assert status == 0
@@ -64,7 +66,7 @@ def test_the_usual_methods(run):
 def test_curves_are_held_against_the_points(run):
     cadfit.write("curve.json", cadfit.fit(WAVE, 0.02))
     cadfit.write("coarse.json", cadfit.fit(WAVE, 0.2))
-    status, out, _ = run("wave.csv", "curve.json", "coarse.json", "-t", "0.05", "-o", "page.html")
+    status, out, _ = run("wave.csv", "fast", "curve.json", "coarse.json", "-t", "0.05", "-o", "page.html")
     assert status == 0
     named = {entry["name"]: entry["figures"] for entry in entries("page.html")}
     assert named["curve.json"]["deviation at points"] <= 0.02
@@ -74,6 +76,7 @@ def test_curves_are_held_against_the_points(run):
     assert "coarse.json" in out
 
 
+@pytest.mark.slow
 def test_a_method_without_an_answer_has_its_row(run):
     t = np.linspace(0, 60, 20_000)
     cadfit.write("long.csv", np.column_stack([t, np.sin(t * t)]))
@@ -89,11 +92,13 @@ def test_a_method_without_an_answer_has_its_row(run):
     assert err == "cadfit: long.csv: no curve to compare: fitpack: no answer within 0.001 s\n"
 
 
+@pytest.mark.slow
 def test_what_fails_says_why():
     found = by_method("fitpack", np.random.default_rng(0).normal(size=(30, 12)), 1e-3)  # FITPACK takes ten coordinates
     assert str(found) == "fitpack: makes no curve of it"
 
 
+@pytest.mark.slow
 def test_stages_and_progress(run):
     _, _, err = run("wave.csv", "fast", "fitpack", "-t", "0.01", "-o", "page.html", "-v", "-q")
     stages = {line[13:]: float(line[:9]) for line in err.splitlines()}
@@ -111,6 +116,7 @@ def test_several_files_of_points(run):
     assert [entry["set"] for entry in entries("page.html")] == [0, 1]
 
 
+@pytest.mark.slow
 def test_a_closed_contour_by_every_method():
     for method in ("cadfit", "fast", "fitpack"):
         entry = by_method(method, RING, 0.01, closed=True)

@@ -307,6 +307,7 @@ def test_each_contour_of_a_drawing_is_fitted_or_taken_over(drawing, capfd, tmp_p
     assert read(tmp_path / "b.svg").names == ("outline", "holes", "rail", "outline-2")
 
 
+@pytest.mark.slow
 def test_several_drawings_and_what_cannot_be_fitted(drawing, capfd, tmp_path):
     source = drawing(several)
     table = ["--summary", str(tmp_path / "all.csv")]
@@ -383,6 +384,7 @@ def test_arcs_that_cannot_be(drawing, capfd, monkeypatch, tmp_path, options, exp
     assert not (tmp_path / "c.dxf").exists()
 
 
+@pytest.mark.slow
 def test_coarse_chords_become_no_more_lines_and_arcs_than_they_are(drawing, capfd, tmp_path):
     x = np.linspace(-20, -14, 25)
     coarse = np.column_stack([x, 3 * np.sin(x)])

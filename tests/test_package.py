@@ -24,6 +24,7 @@ def test_the_package_alone_brings_in_nothing():
     assert loaded_after("import cadfit").isdisjoint([*HEAVY, "numpy", "scipy"])
 
 
+@pytest.mark.slow
 def test_fitting_brings_in_numpy_and_scipy_alone():
     fit = f"import cadfit\nfor name in {CORE}: getattr(cadfit, name)\n"
     fit += "cadfit.deviation(cadfit.cardinal_spline([(0, 0), (1, 1)]), [(0, 0), (1, 1)])"

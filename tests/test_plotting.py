@@ -204,6 +204,7 @@ def test_without_matplotlib(monkeypatch):
     curvature_comb(LINE)  # numbers need no pictures
 
 
+@pytest.mark.slow
 def test_importing_it_imports_no_matplotlib():
     code = "import sys, cadfit.plotting; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

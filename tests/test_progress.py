@@ -11,12 +11,12 @@ import cadfit
 import cadfit.toolpaths
 from cadfit.commands import terminal
 from cadfit.files import text
+from cadfit.fitting.judging import judged
 
 N = 3000
 T = np.linspace(0.0, 9.0, N)
 NOISY = np.column_stack([T, np.sin(T * T)]) + np.random.default_rng(3).normal(scale=1e-3, size=(N, 2))
 SPLINE = cadfit.local_spline(NOISY[::30])
-FIT = cadfit.fit(NOISY[:90], 0.01, effort="fast")
 PATH = cadfit.polyline([[0, 0, 0], [20, 0, 0], [20, 20, 0]])
 
 
@@ -53,11 +53,11 @@ def works(big):
         "arcs": lambda told: cadfit.arcs(NOISY[:100], 0.1, progress=told),
         "arcs of a curve": lambda told: cadfit.arcs(SPLINE, 0.01, progress=told),
         "tube": lambda told: cadfit.tube(SPLINE, 1e-4, progress=told),
-        "pipe": lambda told: cadfit.tube(SPLINE, 1e-4, thickness=1e-5, progress=told),
+        "pipe": lambda told: cadfit.tube(SPLINE, 1e-4, 2e-5, thickness=1e-5, progress=told),
         "sweep": lambda told: cadfit.sweep(PATH, [[-1, -1], [1, -1], [1, 1], [-1, 1]], progress=told),
         "length": lambda told: SPLINE.length(progress=told),
         "nearest": lambda told: SPLINE.nearest(NOISY[:50], told),
-        "report": lambda told: FIT.report(big.with_name("page.html"), progress=told),
+        "report": lambda told: judged(SPLINE, NOISY[::30]).report(big.with_name("page.html"), progress=told),
         "refit": lambda told: cadfit.toolpaths.refit(program(big), big.with_suffix(".nc"), 0.01, progress=told),
         "read": lambda told: cadfit.read(big, progress=told),
         "write": lambda told: cadfit.write(big, NOISY, progress=told),

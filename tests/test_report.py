@@ -17,21 +17,28 @@ from cadfit.fitting.judging import judged
 from cadfit.report import Entry, write
 from cadfit.report.data import MOST_POINTS, page_data
 
+from made import Made
+
 T = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
 ELLIPSE = np.column_stack([3.0 * np.cos(T), 2.0 * np.sin(T)])
 SQUARE = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [2, 2], [1, 2], [0, 2], [0, 1.0]])
 WAVE = np.column_stack([t := np.linspace(0, 9, 200), np.sin(t), np.cos(2 * t)])
 WAVE += np.random.default_rng(2).normal(scale=0.01, size=WAVE.shape)
-FITS = {
-    "closed": cadfit.fit(ELLIPSE, 0.01, closed=True),
-    "cornered": cadfit.fit(SQUARE, 0.01, closed=True, between="polyline"),
-    "in space": cadfit.fit(WAVE, 0.08),
-    "1D": cadfit.fit(WAVE[:, 1:2], 0.08),
-    "5D": cadfit.fit(WAVE @ np.random.default_rng(3).normal(size=(3, 5)), 0.3),
-    "far away": cadfit.fit(1e-3 * WAVE[:, :2] + 6.4e6, 8e-5),
-    "dominant": cadfit.fit_dominant(WAVE, fraction=0.3),
-}
-EACH = pytest.mark.parametrize("fit", FITS.values(), ids=FITS)
+FITS = Made(
+    closed=lambda: cadfit.fit(ELLIPSE, 0.01, closed=True),
+    cornered=lambda: cadfit.fit(SQUARE, 0.01, closed=True, between="polyline"),
+    in_space=lambda: cadfit.fit(WAVE, 0.08),
+    one_coordinate=lambda: cadfit.fit(WAVE[:, 1:2], 0.08),
+    five_coordinates=lambda: cadfit.fit(WAVE @ np.random.default_rng(3).normal(size=(3, 5)), 0.3),
+    far_away=lambda: cadfit.fit(1e-3 * WAVE[:, :2] + 6.4e6, 8e-5),
+    dominant=lambda: cadfit.fit_dominant(WAVE, fraction=0.3),
+)
+EACH = pytest.mark.parametrize("fit", FITS, indirect=True)
+
+
+@pytest.fixture
+def fit(request):
+    return FITS[request.param]
 
 
 class Words(HTMLParser):
@@ -107,7 +114,7 @@ def test_the_smallest_radius_is_that_of_the_curve():
     spline = FITS["closed"].spline
     sharpest = np.linalg.norm(spline.curvature(np.linspace(*spline.domain, 200_001)), axis=1).max()
     assert figures["smallest radius"] == pytest.approx(1.0 / sharpest, rel=1e-6)
-    assert page_data([Entry("a", FITS["1D"])], "")["entries"][0]["figures"]["smallest radius"] is None
+    assert page_data([Entry("a", FITS["one_coordinate"])], "")["entries"][0]["figures"]["smallest radius"] is None
 
 
 def test_a_jump_of_the_curvature_is_kept_on_both_sides():
@@ -140,6 +147,7 @@ def test_many_points_are_thinned_and_it_is_said(tmp_path):
     assert (tmp_path / "many.html").stat().st_size < 3_000_000
 
 
+@pytest.mark.slow
 def test_too_many_spans_and_poles_are_not_drawn_one_by_one(tmp_path):
     points = np.column_stack([np.arange(4000.0), np.random.default_rng(5).normal(size=4000)])
     spline = cadfit.local_spline(points)
@@ -171,7 +179,7 @@ def test_names_are_words_and_nothing_else(name, tmp_path):
 
 
 def test_the_page_needs_nothing_else(tmp_path):
-    page = page_of(FITS["in space"], tmp_path / "a.html")
+    page = page_of(FITS["in_space"], tmp_path / "a.html")
     assert not [each for _, each in page.elements if "src" in each or each.get("href", "data:,") != "data:,"]
     (policy,) = [each["content"] for _, each in page.elements if each.get("http-equiv")]
     assert policy.startswith("default-src 'none'")
@@ -232,13 +240,13 @@ def test_fits_of_other_points_and_dimensions_side_by_side():
     assert [entry["set"] for entry in both["entries"]] == [0, 1, 0]
     assert [each["total"] for each in both["sets"]] == [90, 8]
     with pytest.raises(ValueError, match=r"one dimension, not \[2, 3\]"):
-        page_data([Entry("a", FITS["closed"]), Entry("b", FITS["in space"])], "")
+        page_data([Entry("a", FITS["closed"]), Entry("b", FITS["in_space"])], "")
 
 
 def test_an_old_page_stays_where_a_new_one_fails(tmp_path):
     (tmp_path / "a.html").write_text("old", encoding="utf-8")
     with pytest.raises(ValueError, match="one dimension"):
-        write([Entry("a", FITS["closed"]), Entry("b", FITS["in space"])], tmp_path / "a.html", "both")
+        write([Entry("a", FITS["closed"]), Entry("b", FITS["in_space"])], tmp_path / "a.html", "both")
     assert (tmp_path / "a.html").read_text(encoding="utf-8") == "old"
     with pytest.raises(OSError, match="none"):
         FITS["closed"].report(tmp_path / "none" / "a.html")

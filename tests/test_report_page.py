@@ -10,6 +10,8 @@ import cadfit
 from cadfit.fitting.judging import judged
 from cadfit.report import Entry, write
 
+from made import Made
+
 pytestmark = [needs_browser, pytest.mark.slow]
 
 BLUE, VERMILION, GREEN, GREY, PURPLE = "#0072b2", "#d55e00", "#009e73", "#7b8490", "#cc79a7"
@@ -48,13 +50,15 @@ def readout(browser):
     return browser.run("await frame(); return find('#readout').textContent")
 
 
-FLAT = cadfit.fit(WAVE[:, :2], 0.05)
-SPACE = cadfit.fit(WAVE, 0.08)
-CORNERED = cadfit.fit(SQUARE, 0.01, closed=True)
+FITS = Made(
+    flat=lambda: cadfit.fit(WAVE[:, :2], 0.05),
+    space=lambda: cadfit.fit(WAVE, 0.08),
+    cornered=lambda: cadfit.fit(SQUARE, 0.01, closed=True),
+)
 
 
 def test_each_toggle_draws_and_takes_away_its_own(opened):
-    browser = opened(FLAT, unit="mm")
+    browser = opened(FITS["flat"], unit="mm")
     for name, colour, at_first in [("poles", GREY, True), ("points", VERMILION, True), ("curve", BLUE, True),
                                    ("comb", GREEN, False), ("deviation", PURPLE, False)]:  # fmt: skip
         before = browser.pixels("#view", colour)
@@ -75,7 +79,7 @@ def test_each_toggle_draws_and_takes_away_its_own(opened):
 
 
 def test_knots_corners_and_the_farthest_point_are_marked(opened):
-    browser = opened(CORNERED)
+    browser = opened(FITS["cornered"])
     for name in ("knots", "corners", "worst"):
         before = browser.run("await frame(); return find('#view').toDataURL()")
         browser.click(f"[data-show={name}]")
@@ -83,7 +87,7 @@ def test_knots_corners_and_the_farthest_point_are_marked(opened):
 
 
 def test_the_charts_show_deviation_tolerance_and_curvature(opened):
-    browser = opened(FLAT, unit="mm")
+    browser = opened(FITS["flat"], unit="mm")
     assert browser.pixels("#deviation", VERMILION) > 100
     assert browser.pixels("#deviation", "#1d2430") > 30  # the tolerance's dashes and its name
     assert browser.pixels("#curvature", GREEN) > 100
@@ -96,14 +100,14 @@ def test_the_charts_show_deviation_tolerance_and_curvature(opened):
 
 
 def test_pointing_at_a_chart_shows_the_place_in_the_view_and_back(opened):
-    browser = opened(FLAT, unit="mm")
+    browser = opened(FITS["flat"], unit="mm")
     plain = browser.run("return find('#view').toDataURL()")
     x, y, width, height = browser.run(
         "const b = find('#curvature').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]"
     )
     browser.mouse("mouseMoved", x + 66 + 0.5 * (width - 80), y + height / 2)
     s = float(re.search(r"([\d.e-]+) mm along the curve", readout(browser))[1])
-    length = FLAT.spline.length()
+    length = FITS["flat"].spline.length()
     assert s == pytest.approx(0.5 * length, rel=0.01)
     assert "curvature" in readout(browser)
     assert browser.run("return find('#view').toDataURL()") != plain
@@ -121,20 +125,20 @@ def test_pointing_at_a_chart_shows_the_place_in_the_view_and_back(opened):
 
 
 def test_the_farthest_point_is_gone_to_from_table_and_chart(opened):
-    browser = opened(FLAT, unit="mm")
-    worst = FLAT.deviation.worst
+    browser = opened(FITS["flat"], unit="mm")
+    worst = FITS["flat"].deviation.worst
     browser.click("button.go")
     assert f"point {worst}: off by" in readout(browser)
     said = float(re.search(r"off by ([\d.e-]+) mm", readout(browser))[1])
-    assert said == pytest.approx(FLAT.deviation.points, rel=2e-3)
+    assert said == pytest.approx(FITS["flat"].deviation.points, rel=2e-3)
     near = browser.run("return find('#view').toDataURL()")
     browser.click("#whole")
     assert "Point at" in readout(browser)
     assert browser.run("return find('#view').toDataURL()") != near
     # In the chart the ring stands where the deviation is largest; a click on it is the same.
-    (s,) = cadfit.fitting.along.trace(FLAT.curves).at(FLAT.parameters[[worst]])
+    (s,) = cadfit.fitting.along.trace(FITS["flat"].curves).at(FITS["flat"].parameters[[worst]])
     x, y, width = browser.run("const b = find('#deviation').getBoundingClientRect(); return [b.x, b.y, b.width]")
-    across = x + 66 + (width - 80) * s / FLAT.spline.length()
+    across = x + 66 + (width - 80) * s / FITS["flat"].spline.length()
     for down in range(8, 120, 4):
         browser.mouse("mouseMoved", across, y + down)
         if f"point {worst}" in readout(browser):
@@ -145,7 +149,7 @@ def test_the_farthest_point_is_gone_to_from_table_and_chart(opened):
 
 
 def test_the_view_in_space_turns_zooms_and_comes_back(opened):
-    browser = opened(SPACE)
+    browser = opened(FITS["space"])
     state = lambda: browser.run("await frame(); await frame(); return find('#view').toDataURL()")  # noqa: E731
     first = state()
     browser.drag((400, 300), (500, 340))
@@ -167,7 +171,7 @@ def test_the_view_in_space_turns_zooms_and_comes_back(opened):
 
 
 def test_at_a_deep_zoom_the_curve_is_still_drawn(opened):
-    browser = opened(FLAT)
+    browser = opened(FITS["flat"])
     browser.click("button.go")
     x, y, width, height = browser.run(
         "const b = find('#view').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]"
@@ -213,7 +217,7 @@ def test_on_dark_paper(opened, browser):
     paper = "return getComputedStyle(find('body')).backgroundColor"
     try:
         browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-        opened(FLAT, unit="mm")
+        opened(FITS["flat"], unit="mm")
         assert browser.run(paper) == "rgb(18, 22, 28)"
         assert browser.pixels("#view", BLUE) == 0
         assert browser.pixels("#view", "#59a3cd") > 200  # lighter by a third
@@ -229,7 +233,7 @@ def test_in_a_narrow_window_nothing_sticks_out(opened, browser):
     try:
         for width in (360, 700, 1000):
             browser.call("Emulation.setDeviceMetricsOverride", width=width, **size)
-            opened(SPACE, unit="mm")
+            opened(FITS["space"], unit="mm")
             assert browser.run("return document.documentElement.scrollWidth <= window.innerWidth"), width
             assert browser.pixels("#view", VERMILION) > 100
     finally:
@@ -254,6 +258,6 @@ def test_a_spike_of_the_curvature_is_shown_on_a_logarithmic_scale(opened):
 
 def test_names_do_no_harm(opened):
     name = "</script><script>document.title='broken'</script>"
-    browser = opened(FLAT, title=name, unit="<b>mm</b>")
+    browser = opened(FITS["flat"], title=name, unit="<b>mm</b>")
     assert browser.run("return [document.title, find('h1').textContent]") == [name, name]
     assert browser.run("return document.querySelectorAll('b').length") == 0

@@ -80,6 +80,7 @@ def judged(text, tolerance):
     assert done.deviation <= tolerance
 
 
+@pytest.mark.slow
 @given(PROGRAMS, st.sampled_from([0.2, 0.05, 0.01]))
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_programs_at_random(text, tolerance):
