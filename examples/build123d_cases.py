@@ -155,18 +155,18 @@ def tuples(points):
     return [tuple(place) for place in points.tolist()]
 
 
-def drawn(points, made, title, window=None):
+def drawn(points, made, title, window):
     """Return a picture of lines over their points, and of what the window shows of it."""
     figure, rows = plt.subplots(1, len(made), figsize=(9.0, 3.4), layout="constrained", sharex=True, sharey=True)
     for ax, (name, (line, _)) in zip(rows, made.items(), strict=True):
-        curve = samples(line)
-        ax.plot(*curve[:, :2].T, color=BLUE if ours(name) else VERMILION, linewidth=2.0)
+        if ours(name):
+            line.fit.plot(ax, points=False, poles=False)
+        else:
+            ax.plot(*samples(line)[:, :2].T, color=VERMILION, linewidth=2.0)
         ax.plot(*points.T, ".", color="0.35", markersize=4.0, zorder=3)
+        ax.set(aspect="equal", xlabel="", ylabel="")
         ax.set_title(name, fontsize="medium")
-        if window is None:
-            ax.set_aspect("equal")
-    if window:
-        rows[0].set(xlim=window[0], ylim=window[1])
+    rows[0].set(xlim=window[0], ylim=window[1])
     figure.suptitle(title, fontsize="medium")
     return figure
 

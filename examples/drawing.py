@@ -17,12 +17,7 @@ from cadfit.cli import main as run
 
 SOURCE = Path(__file__).parent / "data" / "rib.svg"
 TOLERANCE = 0.05
-BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#888888"
-
-
-def along(curve, count=2000):
-    """Return places (count, 2) along a curve."""
-    return curve(np.linspace(*curve.domain, count))
+VERMILION, GREY = "#d55e00", "#888888"
 
 
 def draw(chords, splines, drawn):
@@ -33,7 +28,7 @@ def draw(chords, splines, drawn):
             first = k == 0
             vertices = before(before.distinct_knots)
             axes.plot(*vertices.T, ".", color=GREY, ms=size, label="vertices of the drawing" if first else None)
-            axes.plot(*along(after).T, color=BLUE, lw=1.2, label="splines" if first else None)
+            after.plot(axes, poles=False, comb=False).lines[-1].set(label="splines" if first else "_", linewidth=1.2)
             ends = np.array([(x, y) for x, y, *_ in arcs.get_points("xyb")])
             axes.plot(*ends.T, "o", color=VERMILION, ms=size, label="ends of lines and arcs" if first else None)
         axes.set(aspect="equal")

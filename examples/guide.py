@@ -52,12 +52,9 @@ def corners():
     plate = np.concatenate([[[0, 0]], rounded, [[40, 24], [22, 24], [20, 18], [18, 24], [0, 24]]])
     fit = cadfit.fit(plate, 0.02, closed=True, between="polyline")
     figure, ax = plt.subplots(figsize=(8.0, 4.6), layout="constrained")
-    for curve in fit.curves:
-        ax.plot(*curve(np.linspace(*curve.domain, 200)).T, linewidth=2.0)
-    ax.plot(*plate.T, ".", color=POINTS, markersize=3.0)
-    ax.plot(*fit.points[fit.corners].T, "s", color=POINTS, markersize=9.0, fillstyle="none")
-    ax.set_title(f"{len(fit.curves)} curves between {len(fit.corners)} corners (squares)", fontsize="medium")
-    ax.set_aspect("equal")
+    fit.plot(ax, poles=False)
+    ax.set_title(f"{len(fit.curves)} curves between {len(fit.corners)} corners", fontsize="medium")
+    ax.legend(loc="center", fontsize="small")
     return figure, len(fit.curves)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import cadfit
 from cadfit.cadquery import Workplane
 
-from beside import DATA, HOST, OURS, bend, measured, save, show, timed, turns
+from beside import DATA, HOST, OURS, bend, draw, measured, save, show, timed, turns
 
 CHORD, TOLERANCE = 200.0, 0.02
 
@@ -28,10 +28,11 @@ def main(folder):
         "splineApprox, none": lambda: cq.Workplane().splineApprox(listed, TOLERANCE, 3, 3, smoothing=None),
         "fitSpline": lambda: Workplane().fitSpline(points, TOLERANCE),
     }
-    rows, curvatures = {}, {}
+    rows, curvatures, edges = {}, {}, {}
     for name, way in ways.items():
         made, seconds = timed(way)
-        places, curvature = bend(made.val())
+        edges[name] = made.val()
+        places, curvature = bend(edges[name])
         inner = places[:, 0] < 0.98 * CHORD  # the trailing edge itself is sharp
         rows[name] = measured(made.vals(), points, seconds) | {"changes of side": turns(curvature[inner], 1e-5)}
         curvatures[name] = places, curvature
@@ -39,7 +40,7 @@ def main(folder):
 
     figure, (above, below) = plt.subplots(2, 1, figsize=(8.5, 5.0), height_ratios=[1, 2.2], layout="constrained")
     above.plot(*points.T, ".", color="black", markersize=2.5)
-    above.plot(*curvatures["fitSpline"][0].T, color=OURS, linewidth=1.0)
+    draw(edges["fitSpline"], above, linewidth=1.0)
     above.set(aspect="equal", title=f"RAE 2822, its coordinates rounded to four decimals: {len(points)} points")
     for name, colour in [("spline", HOST), ("splineApprox, smoothing", "#E69F00"), ("fitSpline", OURS)]:
         places, curvature = curvatures[name]

@@ -16,6 +16,8 @@ from rich.table import Table
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
+from cadfit.cadquery import from_edge
+
 DATA = Path(__file__).parents[1] / "data"
 HOST, OURS = "#D55E00", "#0072B2"  # vermilion and blue, told apart by everyone
 
@@ -89,6 +91,13 @@ def turns(curvature: np.ndarray, least: float) -> int:
     """Return how often the curve changes the side it bends to; where it bends by less than `least` it is straight."""
     signs = np.sign(curvature[np.abs(curvature) > least])
     return int(np.count_nonzero(np.diff(signs)))
+
+
+def draw(edge: cq.Edge, ax: Any, **style: Any) -> None:
+    """Draw an edge that cadfit made, with the plot of its spline; one in z = 0 in the plane."""
+    spline = from_edge(edge)
+    flat = spline if spline.poles[:, 2].any() else spline.transformed(np.eye(2, 3))
+    flat.plot(ax, poles=False, comb=False).lines[-1].set(**style)
 
 
 def save(figure: Any, folder: str | Path, name: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from cadfit.cadquery import Workplane
 
-from beside import HOST, OURS, bend, kernel_spline, measured, save, show, timed, turns
+from beside import HOST, OURS, bend, draw, kernel_spline, measured, save, show, timed, turns
 
 FEW = np.array([(2.75, 1.5), (2.5, 1.75), (2.0, 1.5), (1.5, 1.0), (1.0, 1.25), (0.5, 1.0), (0.0, 1.0)])
 TOLERANCE = 0.25
@@ -71,9 +71,11 @@ def main(folder):
     )
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.9), width_ratios=[1.15, 1], layout="constrained")
     for name, style in [("spline, repeated", ":"), ("spline, periodic", "--"), ("localSpline", "-")]:
-        colour = OURS if name == "localSpline" else HOST
         label = f"{name}: sharpest {seven[name]['sharpest']:.0f}"
-        left.plot(*bend(first[name])[0].T, style, color=colour, linewidth=1.4, label=label)
+        if name == "localSpline":
+            draw(first[name], left, label=label)
+        else:
+            left.plot(*bend(first[name])[0].T, style, color=HOST, linewidth=1.4, label=label)
     left.plot(*FEW.T, "o", color="black", markersize=4)
     left.set(aspect="equal", ylim=(-0.6, 1.9), title="seven points, closed; the sharpest curvature")
     left.legend(loc="lower center", fontsize="small")

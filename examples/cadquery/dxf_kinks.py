@@ -17,7 +17,7 @@ import numpy as np
 from cadfit import BSpline
 from cadfit.cadquery import from_edge, simplify, to_face, to_wire
 
-from beside import OURS, places, save, show, timed
+from beside import draw, save, show, timed
 
 # Six cubic arcs, three to a side; where two meet is a kink.
 TEETH = np.array(
@@ -89,7 +89,7 @@ def main(folder):
         angle = np.linspace(0.0, 2.0 * np.pi, 60)
         ax.plot(14 + 1.5 * np.cos(angle), 14 + 1.5 * np.sin(angle), color="black", linewidth=1.2)
         for edge in edges:
-            ax.plot(*places([edge], 200)[:, :2].T, color=OURS, linewidth=1.6)
+            draw(edge, ax)
         ax.plot(*TEETH[::3].T, "s", color="black", markersize=4, fillstyle="none")
         ax.set(aspect="equal", title=title, xlim=(-4, 48), ylim=(-4, 48))
     save(figure, folder, "cq_dxf_kinks.png")

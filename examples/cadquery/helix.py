@@ -11,7 +11,7 @@ import numpy as np
 
 from cadfit.cadquery import Workplane
 
-from beside import HOST, OURS, measured, places, save, show, timed
+from beside import HOST, draw, measured, places, save, show, timed
 
 TURNS, TOLERANCE = 4, 1e-3
 
@@ -30,19 +30,21 @@ def main(folder):
         ),
         "fitSpline": lambda: Workplane().fitSpline(points, TOLERANCE),
     }
-    rows, drawn = {}, {}
+    rows, edges = {}, {}
     for name, way in ways.items():
         made, seconds = timed(way)
-        drawn[name] = places(made.vals())
-        radius = np.linalg.norm(drawn[name][:, :2], axis=1)
-        rows[name] = measured(made.vals(), points, seconds)
+        edges[name] = made.vals()
+        radius = np.linalg.norm(places(edges[name])[:, :2], axis=1)
+        rows[name] = measured(edges[name], points, seconds)
         rows[name] |= {"length / exact": rows[name]["length"] / exact, "radius": float(np.abs(radius - 1.0).max())}
     show(f"helix of {TURNS} turns, 401 points, tolerance {TOLERANCE}; radius: farthest from 1", rows)
 
     figure, row = plt.subplots(1, 2, figsize=(8.0, 4.2), subplot_kw={"projection": "3d"}, layout="constrained")
-    for ax, name, colour in zip(row, ["parametricCurve", "fitSpline"], [HOST, OURS], strict=True):
+    row[0].plot(*places(edges["parametricCurve"]).T, color=HOST, linewidth=1.5)
+    for edge in edges["fitSpline"]:
+        draw(edge, row[1])
+    for ax, name in zip(row, ["parametricCurve", "fitSpline"], strict=True):
         ax.plot(*points.T, ".", color="black", markersize=1.5)
-        ax.plot(*drawn[name].T, color=colour, linewidth=1.5)
         ax.set_title(f"{name}: {rows[name]['poles']} poles\nlength {rows[name]['length / exact']:.4f} of the exact one")
         ax.set_box_aspect((2, 2, 3.2), zoom=1.25)
         ax.set_axis_off()
