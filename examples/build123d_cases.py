@@ -155,9 +155,9 @@ def tuples(points):
     return [tuple(place) for place in points.tolist()]
 
 
-def drawn(points, made, title, window):
+def drawn(points, made, title, window, height):
     """Return a picture of lines over their points, and of what the window shows of it."""
-    figure, rows = plt.subplots(1, len(made), figsize=(9.0, 3.4), layout="constrained", sharex=True, sharey=True)
+    figure, rows = plt.subplots(1, len(made), figsize=(9.0, height), layout="constrained", sharex=True, sharey=True)
     for ax, (name, (line, _)) in zip(rows, made.items(), strict=True):
         if ours(name):
             line.fit.plot(ax, points=False, poles=False)
@@ -205,9 +205,9 @@ def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     found, pictures = {}, {}
     points, made, found["circle"] = circle_case()
-    pictures["circle"] = drawn(points, made, "a circle with noise of 0.05, tolerance 0.01", ((35, 52), (0, 36)))
+    pictures["circle"] = drawn(points, made, "a circle with noise of 0.05, tolerance 0.01", ((37, 53), (-1, 15)), 3.4)
     points, made, found["local"] = local_case()
-    pictures["local"] = drawn(points, made, "through nine points, three of them close together", ((-13, 17), (-8, 10)))
+    pictures["local"] = drawn(points, made, "through nine points, three of them close together", ((-13, 17), (-8, 10)), 2.5)
     points, made, found["airfoil"] = airfoil_case()
     pictures["airfoil"] = airfoil_picture(made)
     points, made, found["tube"] = tube_case(folder)
