@@ -39,13 +39,13 @@ def main(folder):
         "plate": cadfit.fit(plate(), 0.02, closed=True, between="polyline"),
     }
     figure, rows = plt.subplot_mosaic(
-        [["RAE 2822", "RAE 2822"], ["noisy circle", "plate"]], figsize=(8.0, 6.0), height_ratios=[1, 2],
-        layout="constrained",
+        [["RAE 2822", "RAE 2822"], ["noisy circle", "plate"]], figsize=(8.0, 4.8), height_ratios=[1, 2],
+        width_ratios=[1, 1.6], layout="constrained",
     )  # fmt: skip
     found = {}
     for name, fit in fits.items():
         ax = rows[name]
-        fit.plot(ax, comb=name == "noisy circle", unit="mm")
+        fit.plot(ax, poles=name != "noisy circle", comb=name == "noisy circle", unit="mm")
         curves = f", {len(fit.curves)} curves" if len(fit.curves) > 1 else ""
         ax.set_title(f"{name}: {len(fit.points)} points, {fit.poles} poles{curves}", fontsize="medium")
         found[name] = {
@@ -60,7 +60,7 @@ def main(folder):
         }
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "tolerance.png", dpi=130)
+    figure.savefig(folder / "tolerance.png", dpi=130, pil_kwargs={"optimize": True})
     plt.close(figure)
     for name, said in found.items():
         print(f"{name:13}", "  ".join(f"{key} {value:.4g}" for key, value in said.items()))
