@@ -14,6 +14,7 @@ from cadfit.fitting.result import Fit
 
 _WIDTH, _HEIGHT, _MARGIN = 300.0, 190.0, 12.0
 _MOST = 400  # points and spans drawn: beyond, every few
+_MOST_MEASURED = 50_000  # poles
 _SEEN = np.array([[np.sqrt(0.5), np.sqrt(0.5), 0.0], [-np.sqrt(1 / 6), np.sqrt(1 / 6), 2 * np.sqrt(1 / 6)]])
 
 
@@ -26,7 +27,7 @@ def html_of_fit(fit: Fit) -> str:
         "tolerance": f"{fit.tolerance:g}" if fit.tolerance is not None else "–",
         "off at points": f"≤ {far.points:.4g}, at point {far.worst}",
         "off between": f"≤ {far.between:.4g}",
-        "length": f"{sum(curve.length(1e-6) for curve in fit.curves):.6g}",
+        **_length(fit.curves),
     }
     return _html(fit.curves, fit.points, f"Fit, {'closed' if fit.closed else 'open'}", rows)
 
@@ -38,9 +39,16 @@ def html_of_spline(spline: BSpline) -> str:
         "poles": f"{len(spline.poles):,} in {spline.poles.shape[1]}D",
         "spans": f"{len(spline.distinct_knots) - 1:,}, {continuity(spline)}",
         "parameters": f"{low:.6g} to {high:.6g}",
-        "length": f"{spline.length(1e-6):.6g}",
+        **_length([spline]),
     }
     return _html([spline], None, f"BSpline, {'closed' if spline.closed else 'open'}", rows)
+
+
+def _length(curves: Sequence[BSpline]) -> dict[str, str]:
+    """Return the length as a row; none of very many spans, where it would take seconds that were not asked for."""
+    if sum(len(curve.poles) for curve in curves) > _MOST_MEASURED:
+        return {}
+    return {"length": f"{sum(curve.length(1e-6) for curve in curves):.6g}"}
 
 
 def _html(curves: Sequence[BSpline], points: Array | None, title: str, rows: dict[str, str]) -> str:
