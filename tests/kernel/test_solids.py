@@ -117,7 +117,7 @@ def test_tube_has_the_exact_volume_in_memory_and_from_step(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["helix, 60 points", "trefoil", "vertical S", "inflection"])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+@pytest.mark.parametrize("tolerance", [0.3, 1e-2, 1e-4])
 def test_walls_are_within_the_tolerance(name, tolerance):
     path = PATHS[name]
     off = np.abs(path.nearest(on_walls(tube_solid(path, RADIUS, tolerance)))[1] - RADIUS)
@@ -254,10 +254,15 @@ def test_the_check_sees_what_is_wrong(monkeypatch):
         faces, first, last = honest(loop, rails, *rest)
         return faces[:-1], first, last
 
-    for broken in (bent, open_):
+    def rippled(loop, rails, *rest):  # sections moved to and fro, each in its plane: the volume stays
+        poles = rails[0].poles.copy()
+        poles[4:-4, :3] += 0.1 * (-1.0) ** np.arange(len(poles) - 8)[:, None] * poles[4:-4, 3:6]
+        return honest(loop, [BSpline(poles, rails[0].knots), *rails[1:]], *rest)
+
+    for broken, said in ((bent, "volume|invalid"), (open_, "volume|invalid"), (rippled, "its area is")):
         with monkeypatch.context() as patch:
             patch.setattr(breps, "wall", broken)
-            with pytest.raises(KernelError, match=r"volume|invalid"):
+            with pytest.raises(KernelError, match=said):
                 tube_solid(PATHS["vertical S"], RADIUS)
     rail = solids.rail
 
