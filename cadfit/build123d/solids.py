@@ -13,6 +13,7 @@ from cadfit.build123d.fits import PointsOrEdge, fitted
 from cadfit.build123d.shapes import to_face
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.result import Fit
+from cadfit.occt.checks import Caps
 from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
 
@@ -80,7 +81,7 @@ class FitProfile(BaseSketchObject):
 class FitTube(BasePartObject):
     """Part Object: Fit Tube
 
-    Create the tube along points: round, square to its path, mitred at corners, with flat ends.
+    Create the tube along points: round, square to its path, mitred at corners.
 
     Args:
         points (VectorLike | Vertex sequence, array, Edge or Wire): the centre line in order; an
@@ -89,6 +90,7 @@ class FitTube(BasePartObject):
         tolerance (float): every point is within this distance of the path, and the wall of the
             path's exact tube
         thickness (float, optional): of the wall of a hollow tube. Defaults to None: a solid one
+        caps ("flat" | "round", optional): how it ends. Defaults to "flat"
         closed (bool, optional): as for FitSpline. Defaults to None
         corners ("auto" | float | Iterable[int], optional): as for FitSpline. Defaults to "auto"
         between ("curve" | "polyline", optional): as for FitSpline. Defaults to "curve"
@@ -120,6 +122,7 @@ class FitTube(BasePartObject):
         radius: Law,
         tolerance: float,
         thickness: float | None = None,
+        caps: Caps = "flat",
         closed: bool | None = None,
         corners: Corners = "auto",
         between: Between = "curve",
@@ -132,9 +135,9 @@ class FitTube(BasePartObject):
         fitting, making = shares(progress, 2)
         self.fit = fitted(points, tolerance, closed, corners, between, effort, progress=fitting)
         try:
-            solid = Solid(occt.tube_solid(self.fit, radius, tolerance, thickness=thickness, progress=making))
+            solid = Solid(occt.tube_solid(self.fit, radius, tolerance, thickness=thickness, caps=caps, progress=making))
         except occt.KernelError as error:  # a path no tube fits round, which is a wrong value to the user
-            raise ValueError(f"no tube: {error}") from error
+            raise ValueError(f"no tube: {str(error).removeprefix('no solid: ')}") from error
         super().__init__(solid, rotation, align, mode)
 
 

@@ -10,8 +10,9 @@ import cadquery as cq
 from cadfit import occt
 from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points
-from cadfit.cadquery.shapes import to_edge, to_face, to_wire
+from cadfit.cadquery.shapes import to_edge, to_face, to_tube, to_wire
 from cadfit.fitting.approximate import Effort
+from cadfit.occt.checks import Caps
 from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
 
@@ -74,19 +75,20 @@ def fit_tube(
     radius: Law,
     tolerance: float,
     thickness: float | None = None,
+    caps: Caps = "flat",
     **options: Unpack[FitOptions],
 ) -> cq.Solid:
     """
-    Construct the solid tube along points: round, square to its path, mitred at corners, with flat ends.
+    Construct the solid tube along points: round, square to its path, mitred at corners.
 
     :param points: the centreline in order: tuples, Vectors, Vertices or an array
     :param radius: to the outside: a number, a function of the path's parameter, or a 1D spline
     :param tolerance: every point is within this distance of the path, and the wall of the path's exact tube
     :param thickness: of the wall of a hollow tube; solid where left out
+    :param caps: how it ends, "flat" or "round"
     :param options: as for :meth:`Workplane.fitSpline`
-    :raises ValueError: as :func:`fit_wire`
-    :raises cadfit.occt.KernelError: where there is no such solid, naming the place: the path bends more tightly than
-        the radius allows, say
+    :raises ValueError: as :func:`fit_wire`, and where there is no such solid, naming the place: the path bends more
+        tightly than the radius allows, say
 
     >>> bar = fit_tube([(0, 0, 0), (0, 0, 3), (0, 0, 5)], 1.0, 0.001)
     >>> round(bar.Volume(1e-6) / 5, 4), bar.isValid()
@@ -94,7 +96,7 @@ def fit_tube(
     """
     options["progress"], making = shares(options.get("progress"), 2)
     path = fitted(points, tolerance, **options)
-    return cq.Solid(occt.tube_solid(path, radius, tolerance, thickness=thickness, progress=making))
+    return to_tube(path, radius, tolerance, thickness, caps, making)
 
 
 def simplify(

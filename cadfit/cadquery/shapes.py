@@ -8,7 +8,11 @@ import cadquery as cq
 
 from cadfit import occt
 from cadfit.bspline import BSpline
+from cadfit.fitting.result import Fit
+from cadfit.occt.checks import Caps
 from cadfit.occt.shapes import Chain, HasCurves
+from cadfit.stages import Progress
+from cadfit.sweeping.sweep import Law
 
 
 def to_edge(curve: BSpline | HasCurves) -> cq.Edge:
@@ -60,6 +64,18 @@ def to_face(outer: Chain, holes: Iterable[Chain] = ()) -> cq.Face:
     (True, (0.0, 0.0, 1.0))
     """
     return cq.Face(occt.to_face(outer, holes))
+
+
+def to_tube(
+    path: Fit, radius: Law, tolerance: float, thickness: float | None, caps: Caps, progress: Progress | None
+) -> cq.Solid:
+    """
+    Make the tube along a fit; see :meth:`Workplane.fitTube`.
+    """
+    try:
+        return cq.Solid(occt.tube_solid(path, radius, tolerance, thickness=thickness, caps=caps, progress=progress))
+    except occt.KernelError as error:  # a path no tube fits round, which is a wrong value to the user
+        raise ValueError(f"no tube: {str(error).removeprefix('no solid: ')}") from error
 
 
 def from_edge(edge: cq.Edge) -> BSpline:

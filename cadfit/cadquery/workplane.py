@@ -13,11 +13,12 @@ from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.cadquery.fits import HowToFit, ProfileOptions, fitted, fitted_profile
 from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space, in_world
-from cadfit.cadquery.shapes import to_face, to_wire
+from cadfit.cadquery.shapes import to_face, to_tube, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.cardinal import cardinal_spline
 from cadfit.fitting.local import local_spline
-from cadfit.occt import CONFUSION, tube_solid
+from cadfit.occt import CONFUSION
+from cadfit.occt.checks import Caps
 from cadfit.points.parametrize import Parametrization
 from cadfit.stages import Progress, shares
 from cadfit.sweeping.sweep import Law
@@ -179,6 +180,7 @@ class Workplane(cq.Workplane):
         radius: Law,
         tolerance: float,
         thickness: float | None = None,
+        caps: Caps = "flat",
         closed: bool | None = None,
         corners: Corners = "auto",
         between: Between = "curve",
@@ -189,12 +191,13 @@ class Workplane(cq.Workplane):
         progress: Progress | None = None,
     ) -> T:
         """
-        Make a tube along points (2D or 3D): round, square to its path, mitred at corners, with flat ends.
+        Make a tube along points (2D or 3D): round, square to its path, mitred at corners.
 
         :param points: the centreline in order, as for :meth:`fitSpline`
         :param radius: to the outside: a number, a function of the path's parameter, or a 1D spline
         :param tolerance: every point is within this distance of the path, and the wall of the path's exact tube
         :param thickness: of the wall of a hollow tube; solid where left out
+        :param caps: how it ends, "flat" or "round"
         :param closed: as for :meth:`fitSpline`
         :param corners: as for :meth:`fitSpline`
         :param between: as for :meth:`fitSpline`
@@ -205,15 +208,14 @@ class Workplane(cq.Workplane):
         :param clean: call :meth:`clean` afterwards to have a clean shape
         :param progress: as for :meth:`fitSpline`
         :return: a Workplane with the resulting solid on its stack
-        :raises ValueError: as :meth:`fitSpline`
-        :raises cadfit.occt.KernelError: where there is no such solid, naming the place: the path bends more tightly
-            than the radius allows, say
+        :raises ValueError: as :meth:`fitSpline`, and where there is no such solid, naming the place: the path bends
+            more tightly than the radius allows, say
         """
         given, world = gathered(self, points, includeCurrent)
         how: HowToFit = {"closed": closed, "corners": corners, "between": between, "effort": effort}
         fitting, making = shares(progress, 2)
         path = fitted(given, tolerance, **how | {"progress": fitting})
-        tube = cq.Solid(tube_solid(path, radius, tolerance, thickness=thickness, progress=making))
+        tube = to_tube(path, radius, tolerance, thickness, caps, making)
         return self._combineWithBase(tube if world else tube.moved(self.plane.location), combine, clean)
 
 

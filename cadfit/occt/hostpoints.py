@@ -18,13 +18,13 @@ def points_of(points: Any) -> Array:
     """Return points of any of the hosts' kinds as an array (n, d), checked.
 
     An array (n, d), or an iterable of tuples, arrays, build123d's or CadQuery's `Vector` and `Vertex`, or the kernel's
-    own points and vertices. Vectors and vertices are in 3D; where they are mixed with pairs of numbers, the pairs lie
-    in z = 0, as in the hosts.
+    own points and vertices. Vectors and vertices are in 3D; where rows in 3D are mixed with pairs of numbers, the pairs
+    lie in z = 0, as in the hosts.
 
     Raises ValueError naming the row that is not a point, and as `cadfit.clean` does.
 
-    >>> points_of([(0, 0), (1, 2)]).tolist()
-    [[0.0, 0.0], [1.0, 2.0]]
+    >>> points_of([(0, 0), (1, 2)]).tolist(), points_of([(0, 0), (1, 2, 3)]).tolist()
+    ([[0.0, 0.0], [1.0, 2.0]], [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
     """
     if isinstance(points, np.ndarray):
         return as_points(points)
@@ -32,8 +32,9 @@ def points_of(points: Any) -> Array:
         raise ValueError(f"points must be a list of points, not {points!r:.80}")
     given = list(points)
     rows = [_coordinates(point, row) for row, point in enumerate(given)]
-    if any(row is not point for row, point in zip(rows, given, strict=True)):
-        rows = [(*row, 0.0) if isinstance(row, tuple | list | np.ndarray) and len(row) == 2 else row for row in rows]
+    pairs = [isinstance(row, tuple | list | np.ndarray) and len(row) == 2 for row in rows]
+    if not all(pairs):
+        rows = [(*row, 0.0) if pair else row for row, pair in zip(rows, pairs, strict=True)]
     return as_points(rows)
 
 

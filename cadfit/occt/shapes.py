@@ -53,8 +53,8 @@ def to_edge(curve: BSpline | HasCurves) -> TopoDS_Edge:
     """Return the edge of a spline, with its very poles, knots and multiplicities; a 2D spline lies in z = 0.
 
     `curve` may also be a fit of one curve. Ends no farther apart than `CONFUSION` share one vertex, so a closed curve
-    is a closed edge. Raises ValueError for a dimension other than 2 or 3 and for a fit that corners split (`to_wire`
-    takes it), KernelError where the kernel refuses (all poles within `CONFUSION`, say).
+    is a closed edge. Raises ValueError for a dimension other than 2 or 3, for a fit that corners split (`to_wire` takes
+    it), and where all poles lie within `CONFUSION`; KernelError where the kernel refuses.
     """
     found = chain_of(curve)
     if len(found) > 1:
@@ -129,7 +129,7 @@ def _chain(curves: Sequence[BSpline]) -> list[TopoDS_Edge]:
     for k, curve in enumerate(curves):
         what = f"an edge of {len(curve.poles)} poles" + f" (curve {k})" * (len(curves) > 1)
         if curve.size <= CONFUSION:
-            raise KernelError(f"{what}: the poles all lie within {CONFUSION}, one point to the kernel")
+            raise ValueError(f"{what}: the poles all lie within {CONFUSION}, one point to the kernel")
         if _gap(curve, curve) <= CONFUSION:
             end = start
         else:

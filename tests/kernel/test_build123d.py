@@ -165,7 +165,11 @@ def test_a_tube_in_every_mode():
     assert part.part.volume == pytest.approx(27000 - tube.volume, rel=1e-6)
     hollow = FitTube([(0, 0, 0), (0, 0, 5)], 1.0, 0.001, thickness=0.25)
     assert hollow.volume == pytest.approx(np.pi * (1 - 0.75**2) * 5, rel=1e-3)
-    with pytest.raises(ValueError, match=r"no tube: .* a radius below"):
+    rounded = FitTube([(0, 0, 0), (0, 0, 5)], 1.0, 0.001, caps="round")
+    assert rounded.volume == pytest.approx(np.pi * (5 + 4 / 3), rel=1e-3)
+    with pytest.raises(ValueError, match="round caps are for what has no holes"):
+        FitTube([(0, 0, 0), (0, 0, 5)], 1.0, 0.001, thickness=0.25, caps="round")
+    with pytest.raises(ValueError, match=r"^no tube: it passes .* a radius below"):
         FitTube(RING / 5, 1.5, 0.001, closed=True)
 
 
@@ -180,6 +184,7 @@ def test_points_of_every_kind_give_the_same():
         [tuple(p) for p in ARC.tolist()],
         iter(vectors),
         [*vectors[:9], *ARC[9:]],
+        [(*ARC[0].tolist(), 0.0), *ARC[1:].tolist()],
     ):
         assert np.array_equal(from_edge(FitSpline(points, 0.01, effort="fast").edge()).poles, wanted)
 

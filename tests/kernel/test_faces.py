@@ -121,12 +121,13 @@ def test_points_of_every_kind():
     given = [vertex, gp_Pnt(4, 5, 6), gp_Vec(7, 8, 9), (1, 2), np.array([1.0, 2.0, 3.0])]
     assert points_of(given).tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9], [1, 2, 0], [1, 2, 3]]
     assert points_of(iter([(0, 1), [2, 3]])).tolist() == [[0, 1], [2, 3]]
+    assert points_of([(0, 1), [2, 3, 4]]).tolist() == [[0, 1, 0], [2, 3, 4]]
     array = np.zeros((3, 2))
     assert points_of(array) is array
     for bad, message in [
         (7, "points must be a list of points, not 7"),
         ("points", "points must be a list"),
-        ([(0, 0), (1, 2, 3)], "row 1 of the points has 3 coordinates"),
+        ([(0, 0), (1, 2, 3, 4)], "row 1 of the points has 4 coordinates"),
         ([(0, 0), "x"], "row 1"),
         ([vertex, to_edge(circle())], "row 1 of the points is not a point: TopoDS_Edge"),
         ([vertex, (1, float("nan"), 2)], "row 1 of the points is not finite"),
