@@ -23,15 +23,16 @@ from OCP.STEPControl import (
     STEPControl_StepModelType,
     STEPControl_Writer,
 )
-from OCP.StepData import StepData_StepWriter
+from OCP.StepData import StepData_StepModel, StepData_StepWriter
+from OCP.StepGeom import StepGeom_BSplineCurveWithKnots, StepGeom_TrimmedCurve
+from OCP.StepVisual import StepVisual_LayeredItem, StepVisual_PresentationLayerAssignment
+from OCP.TCollection import TCollection_HAsciiString
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
 
 from cadfit.bspline import BSpline
-from cadfit.occt.kernel import KernelError, building
+from cadfit.occt.kernel import KernelError, LayeredItems, building
 from cadfit.occt.shapes import to_edge
 from cadfit.replacing import replacing
-
-_NAMELESS = b"B_SPLINE_CURVE_WITH_KNOTS(''"
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3, "km": 1e6, "inch": 25.4, "ft": 304.8}
 """The length units of a STEP file, in millimetres."""
@@ -45,9 +46,9 @@ def write_step(path: PathLike, shapes: Writable, unit: str = "mm", names: Sequen
 
     The numbers are written as they are, to 17 digits: 1.0 with unit="m" is one metre to whoever reads the file, and
     poles and knots are read back bit for bit. Edges and wires alone become a GEOMETRIC_CURVE_SET, where CAM programs
-    look for wires; `names`, one for each B-spline curve, become those of the curves. The file is replaced at once or,
-    on failure, left as it was. Raises ValueError for an unknown unit or no shapes, KernelError, and OSError naming the
-    path.
+    look for wires; `names`, one for each B-spline curve, become those of the curves and of the layers they lie on; an
+    empty one is none. The file is replaced at once or, on failure, left as it was. Raises ValueError for an unknown
+    unit, no shapes and other than as many names, KernelError, and OSError naming the path.
     """
     found = _shapes(shapes)
     with _step(f"a STEP file of {len(found)} shape(s)", unit) as millimetres:
@@ -59,6 +60,8 @@ def write_step(path: PathLike, shapes: Writable, unit: str = "mm", names: Sequen
             status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
             if status != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise KernelError(status.name)
+        if names:
+            _name(model, names)
         text = StepData_StepWriter(model)
         text.FloatWriter().SetFormat("%.16E")  # the kernel's own 13 digits lose small features far from the origin
         text.SendModel(writer.WS().Protocol())
@@ -66,18 +69,31 @@ def write_step(path: PathLike, shapes: Writable, unit: str = "mm", names: Sequen
         if not text.Print(stream):
             raise KernelError("the text could not be made")
     with replacing(Path(path)) as beside:
-        beside.write_bytes(_named(stream.getvalue(), names))
+        beside.write_bytes(stream.getvalue())
 
 
-def _named(content: bytes, names: Sequence[str]) -> bytes:
-    """Return the text of a STEP file with the names given to its B-spline curves, in order."""
-    parts = content.split(_NAMELESS)
-    if not names or len(parts) != len(names) + 1:
-        return content
-    words = [name.replace("'", "''").replace("\\", "\\\\").encode("ascii", "replace") for name in names]
-    return b"".join(
-        [parts[0], *(_NAMELESS[:-1] + word + b"'" + part for word, part in zip(words, parts[1:], strict=True))]
-    )
+def _name(model: StepData_StepModel, names: Sequence[str]) -> None:
+    """Give names to a model's B-spline curves, in order, and put each on the layer of its name."""
+    entities = [model.Value(k) for k in range(1, model.NbEntities() + 1)]
+    curves = [each for each in entities if isinstance(each, StepGeom_BSplineCurveWithKnots)]
+    if len(curves) != len(names):
+        raise ValueError(f"{len(curves)} B-spline curves need as many names, not {len(names)}")
+    layers: dict[str, list[StepGeom_TrimmedCurve]] = {}
+    named = dict(zip(map(id, curves), names, strict=True))
+    for each in entities:
+        if isinstance(each, StepGeom_TrimmedCurve) and (name := named.get(id(each.BasisCurve()))):
+            layers.setdefault(name, []).append(each)
+    for curve, name in zip(curves, names, strict=True):
+        curve.SetName(TCollection_HAsciiString(name))
+    for name, held in layers.items():
+        items = LayeredItems(1, len(held))
+        for k, each in enumerate(held, 1):
+            item = StepVisual_LayeredItem()
+            item.SetValue(each)
+            items.SetValue(k, item)
+        layer = StepVisual_PresentationLayerAssignment()
+        layer.Init(TCollection_HAsciiString(name), TCollection_HAsciiString(""), items)
+        model.AddWithRefs(layer)
 
 
 def write_iges(path: PathLike, shapes: Writable) -> None:

@@ -13,10 +13,12 @@ try:  # All that differs between the versions: OCP 8 gathers the collections, an
     from OCP.collections import Array1_int as Integers
     from OCP.collections import Array2_double as RealGrid
     from OCP.collections import Array2_gp_Pnt as PointGrid
+    from OCP.collections import HArray1_StepVisual_LayeredItem as LayeredItems
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Shapes
 
     as_edge, as_face, as_vertex, as_wire = TopoDS.Edge, TopoDS.Face, TopoDS.Vertex, TopoDS.Wire
 except ImportError:
+    from OCP.StepVisual import StepVisual_HArray1OfLayeredItem as LayeredItems
     from OCP.TColgp import TColgp_Array1OfPnt as Points
     from OCP.TColgp import TColgp_Array2OfPnt as PointGrid
     from OCP.TColStd import TColStd_Array1OfInteger as Integers
@@ -30,6 +32,7 @@ __all__ = [
     "CONFUSION",
     "Integers",
     "KernelError",
+    "LayeredItems",
     "PointGrid",
     "Points",
     "RealGrid",

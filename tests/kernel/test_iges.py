@@ -7,9 +7,21 @@ import pytest
 
 pytest.importorskip("OCP", reason="needs a CAD kernel: cadfit[build123d] or cadfit[cadquery]")
 
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDocStd import TDocStd_Document
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+try:
+    from OCP.collections import Sequence_TDF_Label as Labels
+except ImportError:
+    from OCP.TDF import TDF_LabelSequence as Labels
+
 import cadfit
 from cadfit.cli import main
 from cadfit.files import Curves, read, write
+from cadfit.occt import from_edge
+from cadfit.occt.kernel import as_edge
 
 T = np.linspace(0, 5, 30)
 HELIX = cadfit.local_spline(np.column_stack([10 * np.cos(T), 10 * np.sin(T), T]))
@@ -62,8 +74,30 @@ def test_broken_iges(tmp_path, capfd, content):
 
 
 def test_step_is_a_curve_set_with_names(tmp_path):
-    write(tmp_path / "a.step", Curves((HELIX, FLAT), False, names=("rail", "l'arc")))
-    text = (tmp_path / "a.step").read_text()
-    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", "l''arc"]
+    write(tmp_path / "a.step", Curves((HELIX, FLAT, HELIX), False, names=("rail", "l'été", "rail")))
+    text = (tmp_path / "a.step").read_text(encoding="utf-8")
+    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", "l''été", "rail"]
     assert "GEOMETRIC_CURVE_SET(" in text
-    assert read(tmp_path / "a.step").curves[0].isclose(HELIX, 1e-14)
+    back = read(tmp_path / "a.step").curves
+    assert [one.isclose(other, 0.0) for one, other in zip(back[::2], (HELIX, HELIX), strict=True)] == [True, True]
+    assert layers(tmp_path / "a.step") == {"rail": [HELIX.length()] * 2, "l'été": [FLAT.length()]}
+
+
+def layers(path):
+    """The lengths of the edges on each layer, as the kernel's reader of assemblies finds them."""
+    document = TDocStd_Document(TCollection_ExtendedString("any"))
+    reader = STEPCAFControl_Reader()
+    reader.SetLayerMode(True)
+    reader.ReadFile(str(path))
+    assert reader.Transfer(document)
+    tool, found = XCAFDoc_DocumentTool.LayerTool_s(document.Main()), {}
+    labels = Labels()
+    tool.GetLayerLabels(labels)
+    for label in (labels.Value(k) for k in range(1, labels.Length() + 1)):
+        name, held = TCollection_ExtendedString(), Labels()
+        tool.GetLayer(label, name)
+        tool.GetShapesOfLayer_s(label, held)
+        shapes = [XCAFDoc_ShapeTool.GetShape_s(held.Value(k)) for k in range(1, held.Length() + 1)]
+        lengths = [from_edge(as_edge(shape)).length() for shape in shapes]
+        found[name.ToExtString()] = [pytest.approx(length, rel=1e-9) for length in lengths]
+    return found
