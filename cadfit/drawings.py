@@ -69,6 +69,16 @@ def made(found: Any, how: How, progress: Callable[[float], None] | None = None) 
     return curves, _said(contours) | summary(curves)
 
 
+def named(result: Any, held: Any) -> Any:
+    """Return what was made, with the name that a drawing has for its one polyline, which is read as points."""
+    names = held.names if isinstance(held, Curves) and held.vertices is not None else ()
+    if not any(names):
+        return result
+    if isinstance(result, ArcContours):
+        return replace(result, names=names)
+    return Curves(result.curves, result.closed, result.deviation, names * len(result.curves))
+
+
 def vertices(curve: BSpline) -> Array | None:
     """Return the vertices (n, d), 3 or more, of a curve that is straight from knot to knot; None of any other.
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import svgpathtools
 import trimesh
+from ezdxf.bbox import extents
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -131,6 +132,26 @@ def test_a_single_polyline_is_points(drawing, capfd, tmp_path):
     assert main(["fit", str(tmp_path / "a.dxf"), "-t", "0.01", "-o", str(tmp_path / "b.svg"), "-q"]) == 0
     assert main(["info", str(tmp_path / "b.svg")]) == 0
     assert "closed" in capfd.readouterr().out
+
+
+def test_a_single_polyline_keeps_its_name_and_its_size(drawing, capfd, tmp_path):
+    def draw(space, document):
+        document.layers.add("rim")
+        space.add_lwpolyline([(0, 0), (10, 0), (10, 8), (3, 9)], close=True, dxfattribs={"layer": "rim"})
+
+    source = drawing(draw, units=1)  # inches
+    for options, kind in (
+        ([], "SPLINE"),
+        (["--arcs"], "LWPOLYLINE"),
+        (["-o", f"{tmp_path}/all/", "--format", "dxf"], ""),
+    ):
+        target = [] if "-o" in options else ["-o", str(tmp_path / "b.dxf")]
+        assert main(["fit", str(source), "-t", "0.01", "-q", "--unit", "inch", *target, *options]) == 0
+        drawn = ezdxf.readfile(tmp_path / ("b.dxf" if target else "all/a.dxf"))
+        assert {each.dxf.layer for each in drawn.modelspace()} == {"rim"}
+        assert {each.dxftype() for each in drawn.modelspace()} == {kind or "SPLINE"}
+        assert drawn.units == 1
+        assert extents(drawn.modelspace()).size.xyz[:2] == pytest.approx((10, 9), abs=0.02)
 
 
 def test_blocks_are_taken_apart_and_units_honoured(drawing):

@@ -63,8 +63,8 @@ def fit(
     Several files are fitted at once into a folder: cadfit fit *.csv -o out/ -t 0.01; the exit status is 1 if some
     of them failed.
     """
-    from cadfit.drawings import made, made_of_arcs, meant
-    from cadfit.files import ArcContours, Curves, Kind, read
+    from cadfit.drawings import made, made_of_arcs, meant, named
+    from cadfit.files import ArcContours, Curves, Kind, contents
     from cadfit.methods import How, write_report
 
     if not output and page is None:
@@ -92,13 +92,15 @@ def fit(
         if targets is not None:
             check_all(source, targets, None)
         with busy(f"reading {only}", quiet) as progress, about(only):
-            points = read(only, progress=progress)
+            held = contents(only, unit.value, progress)
+        single = held.vertices if isinstance(held, Curves) else None
+        points = held if single is None else single
         if page is not None and isinstance(points, Curves):
             raise Mistake(f"{only}: --report is for points, and it holds {len(points.curves)} contours")
         how = meant(how, only, points)
         with busy(f"fitting {only}", quiet) as progress, about(only):
             result, said = (made_of_arcs if arcs else made)(points, how, progress)
-        write_all(only, paths, kind, result.dimension, result, unit, quiet)
+        write_all(only, paths, kind, result.dimension, named(result, held), unit, quiet)
         if page is not None and not isinstance(result, ArcContours):
             with busy(f"writing {page}", quiet) as progress:
                 write_report(page, only, points, result, how, unit.value, context.obj, progress)

@@ -12,17 +12,13 @@ from cadfit.commands.terminal import about, busy, report, timed
 
 
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Points, curves or a mesh.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Points, curves, a mesh or solids.", show_default=False)],
     unit: InUnit = Unit.mm,
     verbose: Verbose = False,
 ) -> None:
-    """Say what is in a file of points, curves or a mesh."""
-    from cadfit.files import read
-    from cadfit.files.facts import facts
-    from cadfit.stages import stage
+    """Say what is in a file of points, curves, a mesh or solids."""
+    from cadfit.files import describe
 
     with timed(verbose), busy(f"reading {file}", quiet=False) as progress, about(file):
-        held = read(file, unit.value, progress)
-        with stage("measuring"):
-            found = facts(held)
+        found = describe(file, unit.value, progress)
     report(str(file), found, [], quiet=False)

@@ -87,7 +87,7 @@ def fit_all(
     from cadfit.workers import outcomes
 
     size = {k: source.stat().st_size if source.is_file() else 0 for k, source in enumerate(sources)}
-    tasks = {k: (sources[k], how) for k in sorted(size, key=lambda k: -size[k])}
+    tasks = {k: (sources[k], how, unit.value) for k in sorted(size, key=lambda k: -size[k])}
     rows: dict[int, dict[str, Any]] = {}
     took: dict[str, float] = {}
     with busy("fitting", quiet, len(sources)) as progress, closing(outcomes(_curves_of, tasks, None, jobs)) as coming:
@@ -111,22 +111,24 @@ def fit_all(
     return _reported(ordered, quiet)
 
 
-def _curves_of(task: tuple[Path, How]) -> tuple[Any, int, dict[str, float]]:
+def _curves_of(task: tuple[Path, How, str]) -> tuple[Any, int, dict[str, float]]:
     """Return the curves made of a file's points, how many points, and the seconds of the stages."""
-    from cadfit.drawings import made, meant
-    from cadfit.files import read
+    from cadfit.drawings import made, meant, named
+    from cadfit.files import Curves, contents
     from cadfit.stages import times
 
-    source, how = task
+    source, how, unit = task
     with times() as stages:
         try:
-            found = read(source)
+            held = contents(source, unit)
+            single = held.vertices if isinstance(held, Curves) else None
+            found = held if single is None else single
             curves, said = made(found, meant(how, source, found))
         except OSError as error:
             raise ValueError(error.strerror or str(error)) from error
         except ValueError as error:
             raise ValueError(str(error).removeprefix(f"{source}: ")) from error
-    return curves, int(said["points read"]), stages
+    return named(curves, held), int(said["points read"]), stages
 
 
 def _written(source: Path, targets: list[Path], curves: Any, unit: Unit) -> Any:

@@ -56,7 +56,7 @@ FORMATS = {
 
 
 def read(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | None = None) -> Any:
-    """Return what is in a file: points (n, d), n >= 1, `Curves`, or a `trimesh.Trimesh`.
+    """Return what is in a file: points (n, d), n >= 1, `Curves`, or a `trimesh.Trimesh`; see also `contents`.
 
     Points: .csv, .txt, .xyz, .dat (comma, semicolon, tab or blanks, `cadfit.files.text`), .npy, .npz, .json. Curves:
     .json, .step, .stp, .brep, .iges, .igs, and the drawings .dxf and .svg (`cadfit.files.contours`), of which a single
@@ -74,12 +74,14 @@ def read(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | No
     array([[1.5, 2.5],
            [3. , 4. ]])
     """
-    path = Path(path)
-    if path.is_dir():  # before the suffix: a folder has none
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    form = _format(path)
-    if not path.exists():  # before a kernel or a mesh library says so in its own words
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    found = contents(path, unit, progress)
+    vertices = found.vertices if isinstance(found, Curves) else None
+    return found if vertices is None else vertices
+
+
+def contents(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | None = None) -> Any:
+    """Return what `read` does, but of a drawing always `Curves`, with names; a single polyline's have `vertices`."""
+    form, path = _opened(path), Path(path)
     with stage("reading"):
         module = import_module(f"cadfit.files.{form.module}")
         found = module.read(path, unit, progress or unheard) if form.tells else module.read(path, unit)
@@ -103,8 +105,8 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
     >>> import pathlib, tempfile
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "line.json"
     >>> write(path, BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]))
-    >>> read(path)
-    Curves(curves=(BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0]),), closed=False, deviation=None, names=())
+    >>> read(path).curves
+    (BSpline(4 poles in 2D, 1 span, u in [0.0, 1.0]),)
     """
     path = Path(path)
     _format(path)
@@ -121,6 +123,23 @@ def write(path: str | os.PathLike[str], result: Any, unit: str = "mm", progress:
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
     portion(progress, 0.0, 1.0)(1.0)
+
+
+def describe(path: str | os.PathLike[str], unit: str = "mm", progress: Progress | None = None) -> dict[str, str]:
+    """Return names and values that say what is in a file: points, curves or a mesh, as `read`, or the kernel's faces.
+
+    Raises as `read`.
+    """
+    from cadfit.files.facts import facts
+
+    found = None
+    if _opened(path).module == "kernel":
+        with stage("reading"):
+            found = import_module("cadfit.files.kernel").solids(Path(path), unit)
+    if found is None:
+        found = read(path, unit, progress)
+    with stage("measuring"):
+        return facts(found)
 
 
 def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None) -> None:
@@ -141,6 +160,17 @@ def check(path: str | os.PathLike[str], kind: Kind, dimension: int | None = None
         low, high = form.dimensions[0], form.dimensions[-1]
         raise ValueError(f"{path}: {suffix} holds {kind} of {low} to {high} coordinates, not {dimension}; .json does")
     import_module(f"cadfit.files.{form.module}")
+
+
+def _opened(path: str | os.PathLike[str]) -> Format:
+    """Return the format of a file that is there; raises OSError in the system's words, and ValueError, where not."""
+    path = Path(path)
+    if path.is_dir():  # before the suffix: a folder has none
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    form = _format(path)
+    if not path.exists():  # before a kernel or a mesh library says so in its own words
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    return form
 
 
 def _dimension(kind: Kind, result: Any) -> int:

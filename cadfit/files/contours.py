@@ -43,18 +43,19 @@ def segment(start: Array, end: Array) -> Array:
     return np.stack([start, start + (end - start) / 3.0, end - (end - start) / 3.0, end])
 
 
-def found(contours: Sequence[Contour]) -> Curves | Array:
-    """Return what a drawing holds: the points of its one contour, if that is a polyline, else `Curves`.
+def found(contours: Sequence[Contour]) -> Curves:
+    """Return what a drawing holds; its vertices as well, if it is one polyline.
 
     Contours of one name whose ends meet are joined, in the order of the drawing, the later ones turned round where that
     is needed. A contour becomes one spline, with triple knots where its pieces meet.
     """
     whole = _chained(contours)
+    vertices = None
     if len(whole) == 1 and whole[0].straight:
-        return np.concatenate([whole[0].pieces[:, 0], whole[0].pieces[-1:, 3]])
+        vertices = np.concatenate([whole[0].pieces[:, 0], whole[0].pieces[-1:, 3]])
     splines = tuple(contour.spline or _spline(contour.pieces) for contour in whole)
     closed = len(whole) == 1 and splines[0].closed
-    return Curves(splines, closed, names=tuple(contour.name for contour in whole))
+    return Curves(splines, closed, names=tuple(contour.name for contour in whole), vertices=vertices)
 
 
 def _spline(pieces: Array) -> BSpline:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cadfit.arcing.result import Arcs
+from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 
 if TYPE_CHECKING:
@@ -17,8 +18,9 @@ class Curves:
     """One curve, or several in order: `curves`, all of one dimension.
 
     `closed`: the last ends where the first starts. `deviation`: how far they are from the points they were made of,
-    where the file says so. `names`: of their layers or elements in a drawing, one for each, or none. Raises ValueError
-    when there are no curves, their dimensions differ, or there are not as many names.
+    where the file says so. `names`: of their layers or elements in a drawing, one for each, or none. `vertices` (n, d):
+    of a drawing that is one polyline. Raises ValueError when there are no curves, their dimensions differ, or there are
+    not as many names.
 
     >>> line = BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> Curves((line, line.reversed()), closed=True).dimension
@@ -29,6 +31,7 @@ class Curves:
     closed: bool
     deviation: Deviation | None = None
     names: tuple[str, ...] = ()
+    vertices: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "curves", tuple(self.curves))

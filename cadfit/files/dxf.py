@@ -16,7 +16,6 @@ except ImportError as error:
 from ezdxf.path import Curve4To, LineTo, make_path
 
 from cadfit.arcing.result import Arcs
-from cadfit.bezier import Array
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.files.contours import ARC_PIECES, Contour, found, segment
 from cadfit.files.curves import ArcContours, Curves
@@ -26,8 +25,8 @@ _MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 10: 914.4, 13: 0.
 _CONTOURS = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE"}
 
 
-def read(path: Path, unit: str) -> Curves | Array:
-    """Return the contours of the model space as `Curves` named by layer, in `unit`; a single polyline as points (n, d).
+def read(path: Path, unit: str) -> Curves:
+    """Return the contours of the model space named by layer, in `unit`; with the vertices of a single polyline.
 
     Polynomial splines of degree 3 or less and lines are taken over exactly, arcs, circles, ellipses and bulges as
     cubics within 1e-9 of their radius. Blocks are taken apart. 2D where all lies in z = 0. A drawing that states no

@@ -13,7 +13,7 @@ from cadfit.fitting.result import Fit
 
 
 def facts(found: Any) -> dict[str, str]:
-    """Return names and values that describe points (n, d), `Curves` or a `trimesh.Trimesh`.
+    """Return names and values that describe points (n, d), `Curves`, a `trimesh.Trimesh`, or the kernel's `Solids`.
 
     Lengths are in the unit of the coordinates; a curve's length to 1e-6, its box that of the curve, not of its poles.
 
@@ -22,6 +22,8 @@ def facts(found: Any) -> dict[str, str]:
     """
     if isinstance(found, Curves):
         return _of_curves(found)
+    if hasattr(found, "shapes"):
+        return _of_solids(found)
     return _of_points(found) if isinstance(found, np.ndarray) else _of_mesh(found)
 
 
@@ -74,6 +76,24 @@ def _of_mesh(mesh: Any) -> dict[str, str]:
         "watertight": _yes(mesh.is_watertight),
         "volume": f"{mesh.volume:.7g}" if mesh.is_watertight else "none: not watertight",
         **_box(mesh.bounds),
+    }
+
+
+def _of_solids(found: Any) -> dict[str, str]:
+    from cadfit import occt
+    from cadfit.occt.measuring import box, is_valid
+    from cadfit.occt.shapes import solids
+
+    whole = solids(found.shapes)
+    within = f"{sum(map(occt.volume, whole)) * found.scale**3:.7g}" if whole else "none: faces alone"
+    return {
+        "kind": {0: "faces", 1: "solid"}.get(len(whole), "solids"),
+        **({"solids": str(len(whole))} if whole[1:] else {}),
+        "faces": str(len(occt.faces(found.shapes))),
+        "edges": str(len(occt.edges(found.shapes))),
+        "valid": _yes(is_valid(found.shapes)),
+        "volume": within,
+        **_box(found.scale * box(found.shapes)),
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,12 +21,7 @@ def read(path: Path, unit: str) -> Curves:
 
     Raises ValueError naming the first edge that no non-rational cubic equals, and where there is no edge.
     """
-    suffix = path.suffix.lower()
-    if suffix in _IGES:
-        shapes = occt.read_iges(path)
-    else:
-        shapes = occt.read_brep(path) if suffix == ".brep" else occt.read_step(path, unit)
-    scale = 1.0 / occt.UNITS[unit] if suffix in _IGES else 1.0
+    shapes, scale = _shapes(path, unit)
     curves = []
     for k, edge in enumerate(occt.edges(shapes)):
         try:
@@ -36,6 +32,20 @@ def read(path: Path, unit: str) -> Curves:
     if not curves:
         raise ValueError(f"{path}: no edges in it")
     return Curves(tuple(curves), all(_meet(a, b) for a, b in pairwise([*curves, curves[0]])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solids:
+    """The kernel's shapes of which some have faces, and what their lengths are to be multiplied with."""
+
+    shapes: tuple[Any, ...]
+    scale: float
+
+
+def solids(path: Path, unit: str) -> Solids | None:
+    """Return the shapes of a file, where they have faces, else None: then there are curves for `read`."""
+    shapes, scale = _shapes(path, unit)
+    return Solids(shapes, scale) if occt.faces(shapes) else None
 
 
 def write(path: Path, result: Curves | Any, unit: str) -> None:
@@ -57,6 +67,14 @@ def write(path: Path, result: Curves | Any, unit: str) -> None:
         occt.write_iges(path, [c if scale == 1.0 else c.transformed(scale * np.eye(c.poles.shape[1])) for c in shapes])
     else:
         occt.write_step(path, shapes, unit, names)
+
+
+def _shapes(path: Path, unit: str) -> tuple[tuple[Any, ...], float]:
+    """Return the shapes of a file, and what their lengths are to be multiplied with for the unit."""
+    suffix = path.suffix.lower()
+    if suffix in _IGES:
+        return (occt.read_iges(path),), 1.0 / occt.UNITS[unit]
+    return (occt.read_brep(path),) if suffix == ".brep" else occt.read_step(path, unit), 1.0
 
 
 def _meet(before: BSpline, after: BSpline) -> bool:

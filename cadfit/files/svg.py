@@ -25,8 +25,8 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 
 
-def read(path: Path, unit: str) -> Curves | Array:
-    """Return the shapes as `Curves` named by their id, in `unit`, y upward; a single polyline as points (n, 2).
+def read(path: Path, unit: str) -> Curves:
+    """Return the shapes named by their id, in `unit`, y upward; with the vertices of a single polyline.
 
     Transforms, the view box and units of the drawing are applied (a pixel is 1/96 inch). Cubics, quadratics and lines
     are taken over exactly, arcs as cubics within 1e-9 of their radius. Text and images are named in a warning.

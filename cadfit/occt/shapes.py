@@ -102,6 +102,11 @@ def faces(shapes: TopoDS_Shape | Iterable[TopoDS_Shape]) -> list[TopoDS_Face]:
     return [as_face(found) for found in _parts(shapes, TopAbs_ShapeEnum.TopAbs_FACE)]
 
 
+def solids(shapes: TopoDS_Shape | Iterable[TopoDS_Shape]) -> list[TopoDS_Shape]:
+    """Return the solids of one or more shapes in the order they are found, each once."""
+    return _parts(shapes, TopAbs_ShapeEnum.TopAbs_SOLID)
+
+
 def _parts(shapes: TopoDS_Shape | Iterable[TopoDS_Shape], kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
     found = Shapes()
     for shape in [shapes] if isinstance(shapes, TopoDS_Shape) else shapes:

@@ -154,6 +154,27 @@ def test_tubes_and_sweeps_as_solids(here, capsys):
     assert occt.volume(bar) == pytest.approx(4 * length, rel=1e-4)
 
 
+@pytest.mark.parametrize("suffix", [".step", ".brep", ".igs"])
+def test_info_of_solids(here, capfd, suffix):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Pnt
+
+    both = [BRepPrimAPI_MakeCylinder(2.0, 3.0).Solid(), BRepPrimAPI_MakeBox(gp_Pnt(5, 0, 0), 1.0, 2.0, 3.0).Solid()]
+    {".step": occt.write_step, ".brep": occt.write_brep, ".igs": occt.write_iges}[suffix](f"a{suffix}", both)
+    assert main(["info", f"a{suffix}"]) == 0
+    said = dict(line.split(None, 1) for line in capfd.readouterr().out.splitlines()[1:])
+    assert (said["faces"], said["valid"]) == ("9", "yes")
+    assert [float(x) for x in said["from"].split()] == pytest.approx([-2, -2, 0], abs=1e-6)
+    assert [float(x) for x in said["to"].split()] == pytest.approx([6, 2, 3], abs=1e-6)
+    if suffix == ".igs":  # it knows faces alone
+        assert (said["kind"], said["volume"]) == ("faces", "none: faces alone")
+        assert main(["info", "a.igs", "--unit", "inch"]) == 0
+        assert float(capfd.readouterr().out.splitlines()[-1].split()[1]) == pytest.approx(6 / 25.4)
+    else:
+        assert (said["kind"], said["solids"], said["edges"]) == ("solids", "2", "15")
+        assert float(said["volume"]) == pytest.approx(12 * np.pi + 6)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
