@@ -23,7 +23,8 @@ def revolved(shape, axis):
 
 
 def offset(wire, distance):
-    return cq.Face.makeFromWires(*cq.Workplane(obj=wire).toPending().offset2D(distance).vals())
+    outer, *inner = cq.Workplane(obj=wire).toPending().offset2D(distance).vals()
+    return cq.Face.makeFromWires(outer, inner)
 
 
 def filleted(solid, height, radius):

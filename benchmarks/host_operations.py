@@ -29,6 +29,7 @@ HEIGHT, AWAY, ABOVE, SHRUNK = (
 )  # of extrusions; from the axis; of a profile's loft, its sections' ratio
 WIDEST, LEAST = 0.2, 0.005
 RIGHT = 0.01  # how far, of it, a size may be from what is right
+DIGITS = 1e-12 * SIZE  # of coordinates in a host's STEP
 
 
 class Wrong(Exception):
@@ -227,8 +228,9 @@ def step(host, case):
     if len(back) != len(case.fit.curves):
         raise Wrong("other edges")
     for ours in case.fit.curves:
-        lifted = ours.transformed(np.eye(3, ours.poles.shape[1]))
-        if not any(len(each.poles) == len(ours.poles) and each.isclose(lifted, 1e-11) for each in back):
+        poles = ours.transformed(np.eye(3, ours.poles.shape[1])).poles
+        same = [each for each in back if len(each.poles) == len(poles)]
+        if not any(np.abs(each.poles - poles).max() < DIGITS for each in same):
             raise Wrong("other poles")
     return made, lengths, case.length, 1e-3
 
