@@ -39,9 +39,9 @@ class FitSpline(BaseLineObject):
         effort ("best" | "fast", optional): "fast" takes a fourth of the time and some 14 % more
             poles. Defaults to "best"
         tangents (Iterable[VectorLike], optional): directions at start and end. Defaults to None
-        mode (Mode, optional): combination mode. Defaults to Mode.ADD
         progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
             what it raises stops the work. Defaults to None
+        mode (Mode, optional): combination mode. Defaults to Mode.ADD
 
     Attributes:
         fit (cadfit.Fit): the splines, their deviation from the points, poles, what was cleaned
@@ -66,8 +66,8 @@ class FitSpline(BaseLineObject):
         between: Between = "curve",
         effort: Effort = "best",
         tangents: Iterable[VectorLike] | None = None,
-        mode: Mode = Mode.ADD,
         progress: Progress | None = None,
+        mode: Mode = Mode.ADD,
     ):
         self.fit = fitted(points, tolerance, closed, corners, between, effort, tangents, progress)
         super().__init__(to_wire(self.fit), mode=mode)

@@ -35,9 +35,9 @@ class FitProfile(BaseSketchObject):
         rotation (float, optional): angle to rotate object. Defaults to 0
         align (Align | tuple[Align, Align], optional): align MIN, CENTER, or MAX of object.
             Defaults to None: where the points are
-        mode (Mode, optional): combination mode. Defaults to Mode.ADD
         progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
             what it raises stops the work. Defaults to None
+        mode (Mode, optional): combination mode. Defaults to Mode.ADD
 
     Attributes:
         fit (cadfit.Fit): the outline's splines, their deviation, poles, what was cleaned
@@ -64,8 +64,8 @@ class FitProfile(BaseSketchObject):
         effort: Effort = "best",
         rotation: float = 0,
         align: Align | tuple[Align, Align] | None = None,
-        mode: Mode = Mode.ADD,
         progress: Progress | None = None,
+        mode: Mode = Mode.ADD,
     ):
         outlines = [("the outline", points), *((f"hole {k}", hole) for k, hole in enumerate(holes))]
         parts = shares(progress, len(outlines))
@@ -98,9 +98,9 @@ class FitTube(BasePartObject):
         rotation (RotationLike, optional): angles to rotate about axes. Defaults to (0, 0, 0)
         align (Align | tuple[Align, Align, Align] | None, optional): align MIN, CENTER, or MAX of
             object. Defaults to None: where the points are
-        mode (Mode, optional): combination mode. Defaults to Mode.ADD
         progress (Callable[[float], None], optional): is given the part that is done, from 0 to 1;
             what it raises stops the work. Defaults to None
+        mode (Mode, optional): combination mode. Defaults to Mode.ADD
 
     Attributes:
         fit (cadfit.Fit): the path's splines, their deviation, poles, what was cleaned
@@ -129,8 +129,8 @@ class FitTube(BasePartObject):
         effort: Effort = "best",
         rotation: RotationLike = (0, 0, 0),
         align: Align | tuple[Align, Align, Align] | None = None,
-        mode: Mode = Mode.ADD,
         progress: Progress | None = None,
+        mode: Mode = Mode.ADD,
     ):
         fitting, making = shares(progress, 2)
         self.fit = fitted(points, tolerance, closed, corners, between, effort, progress=fitting)
