@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+import cadfit
 from cadfit.cli import main
 from cadfit.toolpaths import moves, refit
 
@@ -276,10 +277,36 @@ def test_the_test_sees_a_path_that_strays(tmp_path):
             compare(text, out.replace(what, other, 1), 0.05)
 
 
-def test_best_takes_fewer_arcs(tmp_path):
+def test_as_few_arcs_as_of_the_curve_itself(tmp_path):
+    """The chords take part of the tolerance from one side and give it on the other: no more arcs than of the curve."""
     text = HEAD + program(flower()) + FOOT
     fast, best = (refitted(text, tmp_path, effort=effort)[1] for effort in ("fast", "best"))
-    assert best.moves[1] < 0.75 * fast.moves[1]
+    curve = cadfit.fit(flower()[:-1], 1e-4, closed=True, effort="fast")
+    assert best.moves[1] <= fast.moves[1] <= 1.1 * len(cadfit.arcs(curve, 0.05)) + 1
+
+
+def around(n, radius=20.0):
+    """A circle in n arcs, the first from the right."""
+    rows = [
+        f"G3 X{radius * np.cos(a):.4f} Y{radius * np.sin(a):.4f} R{radius}" for a in 2 * np.pi * np.arange(n + 1) / n
+    ]
+    return f"G0 X{radius:.4f} Y0\nG1 Z-1 F200\nF300\n" + "\n".join(rows[1:]) + "\nG0 Z5\n"
+
+
+def test_arcs_of_the_program_are_merged(tmp_path):
+    _, done = refitted(HEAD + around(12) + FOOT, tmp_path)
+    assert done.moves == [13, 3]
+    assert done.arcs == 2
+    chords = "\n".join(f"X{20 * np.cos(a):.4f} Y{20 * np.sin(a):.4f}" for a in np.linspace(0, np.pi / 2, 30)[1:])
+    mixed = "G0 X20 Y0\nG1 Z-1 F200\nG1 F300\n" + chords + "\nG3 X-20 Y0 R20\nG0 Z5\n"
+    _, done = refitted(HEAD + mixed + FOOT, tmp_path)
+    assert done.moves == [31, 2]
+
+
+def test_arcs_that_cannot_be_fewer_are_as_they_were(tmp_path):
+    slot = "G0 X0 Y0\nG1 Z-1 F200\nG1 X40 F300\nG3 Y20 J10\nG1 X0\nG3 Y0 J-10\nG0 Z5\n"
+    out, _ = refitted(HEAD + slot + FOOT, tmp_path)
+    assert out == HEAD + slot + FOOT
 
 
 def test_the_program_as_it_is_read(tmp_path):

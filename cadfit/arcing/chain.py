@@ -15,7 +15,8 @@ from cadfit.arcing.reach import Edges
 from cadfit.bezier import Array, Ints
 
 _WIDEST = 1.2  # radians, between a curve and the arcs at its open end
-_BEHIND = 64  # nodes behind the farthest from which it is tried to go on
+_ANY = 4.5  # more than any angle at a corner
+_BEHIND = 64  # rows of nodes behind the farthest from which it is tried to go on
 _APART = 10.0  # more than angles differ
 
 
@@ -33,7 +34,7 @@ def layers(edges: Edges) -> list[Layer]:
 
     Raises LookupError with the farthest node where none has it.
     """
-    last = len(edges.first) - 2
+    last = len(edges.place) - 1
     found = [Layer(np.zeros(1, dtype=np.intp), np.array([-_WIDEST]), np.array([_WIDEST]))]
     while found[-1].node[-1] != last:
         following = more(edges, found[-1])
@@ -46,14 +47,17 @@ def layers(edges: Edges) -> list[Layer]:
 def more(edges: Edges, layer: Layer) -> Layer | None:
     """Return what one arc more reaches; None where that is nothing."""
     rows, of = _onward(edges, layer.node)
-    low, high = np.maximum(layer.low[of], edges.low[rows]), np.minimum(layer.high[of], edges.high[rows])
+    low, high = np.maximum(layer.low[of], edges.links.low[rows]), np.minimum(layer.high[of], edges.links.high[rows])
     good = low <= high
     if not good.any():
         return None
-    rows = rows[good]
-    node, low, high = edges.end[rows], edges.total[rows] - high[good], edges.total[rows] - low[good]
-    near = node > node.max() - _BEHIND
-    node, low, high = node[near], low[near], high[near]
+    links, low, high = edges.links.of(rows[good]), low[good], high[good]
+    near = edges.place[links.end] > edges.place[links.end.max()] - _BEHIND
+    links, low, high = links.of(near), low[near], high[near]
+    node, free = links.end, edges.nodes.corners[links.end]
+    one = ~np.isnan(links.sweep)
+    low, high = np.where(one, links.exit_low, links.total - high), np.where(one, links.exit_high, links.total - low)
+    low, high = np.where(free, -_ANY, low), np.where(free, _ANY, high)
     order = np.lexsort((low, node))
     node, low, high = node[order], low[order], high[order]
     shift = _APART * (node - node[0])
@@ -62,25 +66,40 @@ def more(edges: Edges, layer: Layer) -> Layer | None:
     return Layer(node[start], low[start], np.maximum.reduceat(high, start))
 
 
-def trace(edges: Edges, found: list[Layer], node: int, angle: float) -> tuple[Ints, float]:
-    """Return the rows of the edges, and the angle at the first node, of a chain to a node of the last layer at `angle`.
+def trace(edges: Edges, found: list[Layer], low: float, high: float) -> tuple[Ints, Array]:
+    """Return the rows of the edges of a chain to the last node, arriving between two angles, and their sweeps (k,).
 
     Of the nodes it can come from, each arc takes the one that leaves it most room in the tolerance.
     """
-    chain = np.empty(len(found) - 1, dtype=np.intp)
-    for k in range(len(found) - 2, -1, -1):
+    count, node = len(found) - 1, len(edges.place) - 1
+    chain, sweeps = np.empty(count, dtype=np.intp), np.empty(count)
+    angles = edges.nodes.angles
+    for k in range(count - 1, -1, -1):
         layer, rows = found[k], edges.back[edges.into[node] : edges.into[node + 1]]
-        begin = np.searchsorted(layer.node, edges.start[rows])
-        count = np.searchsorted(layer.node, edges.start[rows], side="right") - begin
-        rows = np.repeat(rows, count)
-        of = np.arange(len(rows)) + np.repeat(begin - (np.cumsum(count) - count), count)
-        before = edges.total[rows] - angle
-        inside = np.minimum(before - layer.low[of], layer.high[of] - before)
-        width = np.maximum(edges.high[rows] - edges.low[rows], 1e-300)
-        room = np.minimum(before - edges.low[rows], edges.high[rows] - before) / width
-        best = int(np.argmax(np.where(inside >= 0.0, room, inside - 1.0)))
-        chain[k], node, angle = rows[best], edges.start[rows[best]], float(before[best])
-    return chain, angle
+        begin = np.searchsorted(layer.node, edges.links.start[rows])
+        times = np.searchsorted(layer.node, edges.links.start[rows], side="right") - begin
+        rows = np.repeat(rows, times)
+        of = np.arange(len(rows)) + np.repeat(begin - (np.cumsum(times) - times), times)
+        links = edges.links.of(rows)
+        one = ~np.isnan(links.sweep)
+        least = np.maximum(np.maximum(layer.low[of], links.low), np.where(one, -np.inf, links.total - high))
+        most = np.minimum(np.minimum(layer.high[of], links.high), np.where(one, np.inf, links.total - low))
+        meets = np.where(one, np.minimum(links.exit_high - low, high - links.exit_low), 0.0)
+        inside = np.minimum(most - least, meets)
+        start = np.clip(0.5 * (links.low + links.high), least, np.maximum(most, least))
+        width = np.maximum(links.high - links.low, 1e-300)
+        room = np.minimum(start - links.low, links.high - start) / width
+        best = int(np.argmax(np.where(inside >= 0.0, np.where(one, links.rank, room), np.minimum(inside, 0.0) - 10.0)))
+        chain[k], node = rows[best], int(links.start[best])
+        if one[best]:
+            sweeps[k], low, high = links.sweep[best], float(least[best]), float(most[best])
+        else:
+            low = high = float(start[best])
+            turned = float(angles[links.end[best]] - angles[node])
+            sweeps[k] = turned + float(links.total[best]) - 2.0 * low
+        if edges.nodes.corners[node]:
+            low, high = -_ANY, _ANY
+    return chain, sweeps
 
 
 def _onward(edges: Edges, node: Ints) -> tuple[Ints, Ints]:

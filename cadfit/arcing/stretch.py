@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from cadfit.arcing.chain import Layer, layers, more, trace
-from cadfit.arcing.reach import Edges, Nodes, feasible, place_nodes, thinned
+from cadfit.arcing.nodes import Samples, along_pieces
+from cadfit.arcing.reach import Edges, Limits, Links, feasible, thinned
 from cadfit.arcing.within import bounds
 from cadfit.bezier import Array, Ints, restrict
 
+Found = TypeVar("Found")
+
 _MORE = 3  # numbers of arcs to try, to close a chain
 _DENSER = (1.0, 2.0, 4.0)
-_TRIES = 12
+_TRIES = 50
 _TURNED = 0.5  # tolerances: the last direction's error times the longest chord that is spread over a chain
 _ENDS = 5  # directions at the end of a closed stretch to trace back from
 
@@ -39,34 +44,42 @@ def fewest(pieces: Array, tolerance: float, max_radius: float, closed: bool) -> 
     `closed`: the pieces end where they start, and the tangent is to be continuous there, too. Raises LookupError with a
     place of the curve where no arcs within the tolerance go on, and the places where it turns within the tolerance.
     """
+    limits = Limits(tolerance, max_radius)
+
+    def judged(chain: Chain) -> tuple[Chain, Array]:
+        return chain, chain.bounds(pieces, 0.9 * tolerance)
+
+    def made(edges: Edges, found: list[Layer]) -> tuple[Ints, Chain]:
+        return _around(edges, found, limits) if closed else along(edges, found, max_radius)
+
     for density in _DENSER:
-        nodes = place_nodes(pieces, tolerance, density)
-        edges = feasible(nodes, tolerance, max_radius)
-        while (fewer := thinned(nodes, edges)) is not None:
-            nodes, edges = fewer, feasible(fewer, tolerance, max_radius)
+        nodes = along_pieces(pieces, tolerance, density)
+        links = feasible(nodes, limits)
+        while (fewer := thinned(nodes, links)) is not None:
+            nodes, links = fewer, feasible(fewer, limits)
         try:
-            return _certified(pieces, nodes, edges, tolerance, max_radius, closed)
+            return certified(Edges.of(nodes, links), tolerance, made, judged)
         except LookupError as error:
-            hairpins = _hairpins(nodes, tolerance)
+            hairpins = _hairpins(nodes.samples, tolerance)
             if len(hairpins):
                 raise LookupError(float(nodes.at[error.args[0]]), hairpins) from None
             where = error.args[0]
     raise LookupError(float(nodes.at[where]), hairpins)
 
 
-def _hairpins(nodes: Nodes, tolerance: float) -> Array:
+def _hairpins(samples: Samples, tolerance: float) -> Array:
     """Return the places (k,) inside where the curve turns by a right angle or more within the tolerance."""
-    step = np.linalg.norm(np.diff(nodes.points, axis=0), axis=1)
+    step = np.linalg.norm(np.diff(samples.points, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(step)])
     before = np.searchsorted(along, along - 0.5 * tolerance)
     after = np.minimum(np.searchsorted(along, along + 0.5 * tolerance), len(along) - 1)
-    turn = np.abs(nodes.angles[after] - nodes.angles[before])
+    turn = np.abs(samples.angles[after] - samples.angles[before])
     places: list[float] = []
     sharp = np.flatnonzero(turn >= 0.5 * np.pi)
     for run in np.split(sharp, np.flatnonzero(np.diff(sharp) > 1) + 1):
         middle = run[np.argmax(turn[run])] if len(run) else 0
         if 0 < middle < len(along) - 1:
-            places.append(float(nodes.places[middle]))
+            places.append(float(samples.places[middle]))
     return np.array(places)
 
 
@@ -101,93 +114,104 @@ def cut(pieces: Array, at: Array) -> tuple[Array, Ints]:
     return restrict(pieces[k], low - k, high - k), np.searchsorted(at, low, side="right") - 1
 
 
-def _certified(pieces: Array, nodes: Nodes, edges: Edges, tolerance: float, max_radius: float, closed: bool) -> Chain:
-    """Narrow the choice where a chain turns out to be farther from the curve than it seemed, until one is within."""
+def certified(
+    edges: Edges,
+    tolerance: float,
+    made: Callable[[Edges, list[Layer]], tuple[Ints, Chain]],
+    judged: Callable[[Chain], tuple[Found, Array]],
+) -> Found:
+    """Narrow the choice where a chain turns out to be farther from the curve than it seemed, until one is within.
+
+    A link is narrowed once; then it is left out. Raises LookupError with a node where no chain is left.
+    """
+    seen = np.zeros(len(edges.links.start), dtype=bool)
     for _ in range(_TRIES):
-        found = layers(edges)
-        if closed:
-            rows, chain = _around(nodes, edges, found, tolerance, max_radius)
-        else:
-            rows, chain = _along(nodes, edges, found, max_radius)
-        far = chain.bounds(pieces, 0.9 * tolerance)
+        rows, chain = made(edges, layers(edges))
+        found, far = judged(chain)
         if (far <= tolerance).all():
-            return chain
-        edges = _narrowed(edges, rows, tolerance / far)
-    raise LookupError(int(edges.start[rows[np.argmax(far)]]))
+            return found
+        bad = far > tolerance
+        ratio = np.where(seen[rows[bad]], 0.0, tolerance / far[bad])
+        seen[rows[bad]] = True
+        edges = replace(edges, links=_narrowed(edges.links, rows[bad], ratio))
+    raise LookupError(int(edges.links.start[rows[np.argmax(far)]]))
 
 
-def _narrowed(edges: Edges, rows: Ints, ratio: Array) -> Edges:
-    """Return the edges with those rows (k,) narrowed whose ratio (k,) is below 1: by it, or to nothing below a half."""
-    rows, ratio = rows[ratio < 1.0], ratio[ratio < 1.0]
-    middle, half = 0.5 * (edges.low + edges.high)[rows], 0.5 * (edges.high - edges.low)[rows]
-    half = np.where(ratio > 0.5, 0.98 * ratio * half, -1.0)
-    low, high = edges.low.copy(), edges.high.copy()
+def _narrowed(links: Links, rows: Ints, ratio: Array) -> Links:
+    """Return the links with rows (k,) narrowed by a ratio (k,), or to nothing if it is below a half."""
+    middle, half = 0.5 * (links.low + links.high)[rows], 0.5 * (links.high - links.low)[rows]
+    half = np.where((ratio > 0.5) & np.isnan(links.sweep[rows]), 0.98 * ratio * half, -1.0)
+    low, high = links.low.copy(), links.high.copy()
     low[rows], high[rows] = middle - half, middle + half
-    return replace(edges, low=low, high=high)
+    return replace(links, low=low, high=high)
 
 
-def _along(nodes: Nodes, edges: Edges, found: list[Layer], max_radius: float) -> tuple[Ints, Chain]:
-    """Return a chain with free directions at both ends, its nodes first."""
-    low, high = _ends_of(found, len(edges.first) - 2)
+def along(edges: Edges, found: list[Layer], max_radius: float) -> tuple[Ints, Chain]:
+    """Return a chain with free directions at both ends: its links' rows first."""
+    low, high = _ends_of(found)
     widest = int(np.argmax(high - low))
-    rows, angle = trace(edges, found, len(edges.first) - 2, 0.5 * float(low[widest] + high[widest]))
+    middle = 0.5 * float(low[widest] + high[widest])
+    rows, sweeps = trace(edges, found, middle, middle)
     path = _path(edges, rows)
-    return rows, _chain(nodes, path, nodes.points[nodes.rows[path]], angle, max_radius)
+    return rows, _chain(edges.nodes.at[path], edges.nodes.spots[path], sweeps, max_radius)
 
 
-def _around(nodes: Nodes, edges: Edges, found: list[Layer], tolerance: float, max_radius: float) -> tuple[Ints, Chain]:
-    """Return a chain that ends in the direction it starts in, its nodes first.
+def _around(edges: Edges, found: list[Layer], limits: Limits) -> tuple[Ints, Chain]:
+    """Return a chain that ends in the direction it starts in: its links' rows first.
 
     An odd number of arcs through given joints closes for one direction at the start, an even number for all or for
     none. So the joints move a little across the curve, by turns; the chain that turns least by that is taken, of those
     with one or two arcs more where it would matter.
     """
-    best, last = (np.inf, np.zeros(0, dtype=np.intp), 0.0), len(edges.first) - 2
+    best = (np.inf, np.zeros(0, dtype=np.intp), 0.0)
     for _ in range(_MORE):
-        low, high = _ends_of(found, last)
+        low, high = _ends_of(found)
         angle = 0.5 * float(low.min() + high.max())
         for _ in range(_ENDS):
             ends = np.clip(angle, low, high)
             angle = float(ends[np.argmin(np.abs(ends - angle))])
-            rows, _ = trace(edges, found, last, angle)
-            start, off = _start(edges, rows)
+            rows, _ = trace(edges, found, angle, angle)
+            start, off = _start(edges.links, rows)
             best = min(best, (abs(off), rows, start), key=lambda each: each[0])
             angle -= off
         following = more(edges, found[-1])
-        if best[0] * _longest(nodes, _path(edges, best[1])) <= _TURNED * tolerance or following is None:
+        if best[0] * _longest(edges, best[1]) <= _TURNED * limits.tolerance or following is None:
             break
         found = [*found, following]
     _, rows, start = best
     path = _path(edges, rows)
-    return rows, _chain(nodes, path, _closing(nodes, path, start), start, max_radius)
+    joints, begins = _closing(edges.nodes.spots[path], edges.nodes.angles[path], start)
+    chord = np.diff(joints, axis=0)
+    turn = np.arctan2(chord[:, 1], chord[:, 0]) - begins
+    sweeps = 2.0 * (turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
+    return rows, _chain(edges.nodes.at[path], joints, sweeps, limits.max_radius)
 
 
 def _path(edges: Edges, rows: Ints) -> Ints:
-    """Return the nodes of a chain of edges."""
-    return np.append(edges.start[rows], edges.end[rows[-1:]])
+    """Return the nodes of a chain of links."""
+    return np.append(edges.links.start[rows], edges.links.end[rows[-1:]])
 
 
-def _longest(nodes: Nodes, path: Ints) -> float:
-    return float(np.linalg.norm(np.diff(nodes.points[nodes.rows[path]], axis=0), axis=1).max())
+def _longest(edges: Edges, rows: Ints) -> float:
+    return float(np.linalg.norm(np.diff(edges.nodes.spots[_path(edges, rows)], axis=0), axis=1).max())
 
 
-def _start(edges: Edges, rows: Ints) -> tuple[float, float]:
+def _start(links: Links, rows: Ints) -> tuple[float, float]:
     """Return the angle at the first node that the last comes nearest to, of those the chain can have, and how near."""
     low, high, sign, offset = -np.inf, np.inf, 1.0, 0.0
     for row in rows:
-        ends = sign * (np.array([edges.low[row], edges.high[row]]) - offset)
+        ends = sign * (np.array([links.low[row], links.high[row]]) - offset)
         low, high = max(low, float(ends.min())), min(high, float(ends.max()))
-        sign, offset = -sign, float(edges.total[row]) - offset
+        sign, offset = -sign, float(links.total[row]) - offset
     if sign > 0.0:
         return 0.5 * (low + high), offset
     start = min(max(0.5 * offset, low), high)
     return start, offset - 2.0 * start
 
 
-def _closing(nodes: Nodes, path: Ints, start: float) -> Array:
-    """Return the joints (k + 1, 2), moved so that the chain that starts at this angle ends in that direction."""
-    joints, angles = nodes.points[nodes.rows[path]], nodes.angles[nodes.rows[path]]
-    across = np.column_stack([-np.sin(angles), np.cos(angles)]) * ((-1.0) ** np.arange(len(path)))[:, None]
+def _closing(joints: Array, angles: Array, start: float) -> tuple[Array, Array]:
+    """Return joints (k + 1, 2), moved so that the chain that starts at this angle ends so, and its directions (k,)."""
+    across = np.column_stack([-np.sin(angles), np.cos(angles)]) * ((-1.0) ** np.arange(len(angles)))[:, None]
     across[[0, -1]] = 0.0
 
     def mismatch(by: float) -> float:
@@ -201,12 +225,13 @@ def _closing(nodes: Nodes, path: Ints, start: float) -> Array:
         if abs(off) < 1e-13 or rate == 0.0:
             break
         by -= off / rate
-    return np.asarray(joints + by * across)
+    moved = joints + by * across
+    return moved, _directions(moved, angles[0] + start)[:-1]
 
 
-def _ends_of(found: list[Layer], node: int) -> tuple[Array, Array]:
-    """Return the intervals of the angle at a node in the last layer."""
-    last = found[-1].node == node
+def _ends_of(found: list[Layer]) -> tuple[Array, Array]:
+    """Return the intervals of the angle at the last node."""
+    last = found[-1].node == found[-1].node[-1]
     return found[-1].low[last], found[-1].high[last]
 
 
@@ -215,18 +240,15 @@ def _directions(joints: Array, start: float) -> Array:
     chord = np.diff(joints, axis=0)
     sign = (-1.0) ** np.arange(len(joints))
     turned = np.cumsum(2.0 * sign[:-1] * np.arctan2(chord[:, 1], chord[:, 0]))
-    return sign * (start - np.concatenate([[0.0], turned]))
+    return np.asarray(sign * (start - np.concatenate([[0.0], turned])))
 
 
-def _chain(nodes: Nodes, path: Ints, joints: Array, angle: float, max_radius: float) -> Chain:
-    """Return the arcs through joints that start at an angle to the curve; lines where a radius would be too large."""
+def _chain(at: Array, joints: Array, sweeps: Array, max_radius: float) -> Chain:
+    """Return the arcs of sweeps (k,) through joints (k + 1, 2); lines where a radius would be too large."""
     chord = np.diff(joints, axis=0)
-    start = _directions(joints, nodes.angles[nodes.rows[path[0]]] + angle)[:-1]
-    turn = np.arctan2(chord[:, 1], chord[:, 0]) - start
-    sweep = 2.0 * (turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi)))
     half = 0.5 * np.linalg.norm(chord, axis=1)
-    line = half >= max_radius * np.abs(np.sin(0.5 * sweep))
-    height = 1.0 / np.where(line, 1.0, 2.0 * np.tan(0.5 * sweep))
+    line = half >= max_radius * np.abs(np.sin(0.5 * sweeps))
+    height = 1.0 / np.where(line, 1.0, 2.0 * np.tan(0.5 * sweeps))
     centres = 0.5 * (joints[:-1] + joints[1:]) + height[:, None] * np.column_stack([-chord[:, 1], chord[:, 0]])
     centres[line] = np.nan
-    return Chain(joints, nodes.at[path], centres, np.where(line, 0.0, sweep))
+    return Chain(joints, at, centres, np.where(line, 0.0, sweeps))

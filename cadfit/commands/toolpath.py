@@ -38,7 +38,7 @@ def toolpath(
             help="arcs: G2 and G3; g5: cubic pieces of LinuxCNC (X and Y); poly: of Siemens; spl: of Heidenhain."
         ),
     ] = Words.arcs,
-    effort: Annotated[Effort, typer.Option(help="fast, or best for fewer arcs in ten times the time.")] = Effort.fast,
+    effort: Annotated[Effort, typer.Option(help="fast, or best for somewhat fewer moves in more time.")] = Effort.fast,
     decimals: Annotated[int | None, typer.Option(help="Of coordinates.  [4, in inches 5]")] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cadfit.bezier import Array
+from cadfit.toolpaths.cuts import Cut
 from cadfit.toolpaths.machine import Move
-from cadfit.toolpaths.runs import Cut, Run
+from cadfit.toolpaths.runs import Run, Toolpath
 from cadfit.toolpaths.words import Block, refuse
 from cadfit.toolpaths.writing import State, number
 
@@ -51,7 +52,7 @@ class Klartext:
             self.inches = 20 in codes
         return self._numbered([*comment, *self._said(block, named, move, after)])
 
-    def lines(self, run: Run, cuts: list[Cut], decimals: int) -> list[str]:
+    def lines(self, run: Run, path: Toolpath, cuts: list[Cut], decimals: int) -> list[str]:
         """Return the blocks of the moves that replace a run."""
         here, found = run.moves[0].start, []
         for k, cut in enumerate(cuts):

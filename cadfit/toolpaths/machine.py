@@ -242,7 +242,7 @@ class Machine:
         if not sure:
             return None
         x, y, z, e = start
-        joins = plain and motion == 1 and not self.away
+        joins = plain and not self.away and (motion == 1 or arc is not None)
         return Move(block.line, motion, (x, y, z), (end[0], end[1], end[2]), arc, self.feed, end[3] - e, joins)
 
     def _arc(

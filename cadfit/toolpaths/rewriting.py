@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import dist, inf, pi, radians
+from math import dist, hypot, inf, pi, radians
 from os import PathLike
 from pathlib import Path
 from typing import IO, Literal, NamedTuple, get_args
@@ -13,11 +13,12 @@ from cadfit import bezier
 from cadfit.fitting.approximate import Effort
 from cadfit.replacing import replacing
 from cadfit.stages import portion, stage
-from cadfit.toolpaths.biarcs import Rules
+from cadfit.toolpaths.cuts import Cut, arcs, splines
 from cadfit.toolpaths.klartext import Klartext
-from cadfit.toolpaths.machine import Machine, Move
+from cadfit.toolpaths.machine import PLANES, Machine, Move
+from cadfit.toolpaths.pieces import Rules
 from cadfit.toolpaths.reading import blocks
-from cadfit.toolpaths.runs import Cut, Run, arcs, splines
+from cadfit.toolpaths.runs import Run, Toolpath
 from cadfit.toolpaths.splines import control_points, ends, polynomials
 from cadfit.toolpaths.words import Block
 from cadfit.toolpaths.writing import State, Writer
@@ -68,7 +69,7 @@ def refit(
     in inches 5. Lines of anything but plain cuts are written as they are, with the modes as they were before each.
     `curves`: "arcs" for G2 and G3 (and lines); "g5" for the cubic pieces of LinuxCNC, in the plane of X and Y; "poly"
     for those of Siemens; "spl" for those of Heidenhain, with the whole program in its
-    plain language. `effort`: "best" for fewer arcs in ten times the time (`cadfit.arcs`). `progress` is called with
+    plain language. `effort`: "best" for somewhat fewer moves in more time. `progress` is called with
     the part that is done, from 0 to 1; raising from it stops.
 
     Raises ValueError naming the line for a file that is no G-code, contradicts itself, or has macros; then, and when
@@ -132,12 +133,15 @@ class _Job:
             self.run.add(block, move)
             return
         self.flush()
-        run = Run(self.machine.modes, self.machine.position[3] - move.extruded) if move is not None else None
+        run = self._begun(move) if move is not None else None
         if move is not None and run is not None and run.takes(block, move):
             run.add(block, move)
             self.run, self.before = run, before
         else:
             self._as_it_was(block, move, before, (self.machine.motion, self.machine.plane))
+
+    def _begun(self, move: Move) -> Run:
+        return Run(self.machine.modes, self.machine.position[3] - move.extruded, self.how.curves == "arcs")
 
     def flush(self) -> None:
         """Write what replaces the run, or its lines as they were."""
@@ -145,12 +149,12 @@ class _Job:
         if run is None:
             return
         self.summary.runs[0] += 1
-        during = (run.modes.motion, run.modes.plane)
-        cuts, far = self._fitted(run)
-        if not cuts:
+        path, cuts, far = self._fitted(run)
+        if path is None:
             for block, move in zip(run.blocks, run.moves, strict=True):
-                self._as_it_was(block, move, self.before, during)
-                self.before = during
+                after = (move.motion, run.modes.plane)
+                self._as_it_was(block, move, self.before, after)
+                self.before = after
             return
         summary, inch = self.summary, 25.4 if run.modes.inches else 1.0
         summary.runs[1] += 1
@@ -164,31 +168,34 @@ class _Job:
             elif cut.piece is not None and cut.piece.centre is not None:
                 summary.arcs += 1
                 summary.smallest_radius = min(summary.smallest_radius, cut.piece.radius * inch)
-                summary.length[1] += cut.piece.length * inch
+                rise = 3 - sum(PLANES[cut.plane])
+                summary.length[1] += hypot(cut.piece.length, cut.end[rise] - here[rise]) * inch
             else:
                 summary.length[1] += dist(here, cut.end) * inch
             here = cut.end
-        for line in self.writer.lines(run, cuts, self._decimals(run)):
+        for line in self.writer.lines(run, path, cuts, self._decimals(run)):
             self.write(line)
 
     @stage("fitting runs")
-    def _fitted(self, run: Run) -> tuple[list[Cut], float]:
-        """Return moves for a run and how far they are from it; none where they are not fewer, or too far."""
+    def _fitted(self, run: Run) -> tuple[Toolpath | None, list[Cut], float]:
+        """Return a run's path, moves for it, how far they are off; None where they are not fewer, or too far."""
         unit = 1 / 25.4 if run.modes.inches else 1.0
         decimals, tolerance = self._decimals(run), self.how.tolerance * unit
-        points, _, _ = run.vertices()
         tick = 10.0**-decimals
-        if len(points) < 3 or tolerance <= 2.0 * tick:
-            return [], 0.0
+        if len(run.moves) < 2 or tolerance <= 2.0 * tick:
+            return None, [], 0.0
         rules = Rules(tick, 2.0 * tolerance, _LARGEST_RADIUS * unit, unit, decimals)
+        path = run.path(tolerance)
+        if not len(path.begins):
+            return None, [], 0.0
         if self.how.curves == "arcs":
-            cuts, far = arcs(points, tolerance, self.how.corner, rules, self.how.best)
+            cuts, far = arcs(path, tolerance, self.how.corner, rules, self.how.best)
         elif run.extruded or not (run.modes.absolute or self.how.curves == "spl"):
-            return [], 0.0  # what these words do then is not described
+            return None, [], 0.0  # what these words do then is not described
         else:
             written = _ROUNDING[self.how.curves](decimals)
-            cuts, far = splines(points, tolerance, self.how.corner, rules, written, self.how.curves == "g5")
-        return (cuts, far) if len(cuts) < len(run.moves) and far <= tolerance else ([], 0.0)
+            cuts, far = splines(path, tolerance, self.how.corner, rules, written, self.how.curves == "g5")
+        return (path, cuts, far) if 0 < len(cuts) < len(run.moves) and far <= tolerance else (None, [], 0.0)
 
     def _decimals(self, run: Run) -> int:
         return self.how.decimals or (5 if run.modes.inches else 4)

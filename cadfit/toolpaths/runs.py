@@ -1,54 +1,55 @@
-"""Runs: cutting moves that follow one another with nothing else said or changed, and what is fitted to them."""
+"""Runs: cutting moves that follow one another with nothing else said or changed, and the path that they make."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import dist, hypot
-from typing import NamedTuple
+from math import acos, ceil
 
 import numpy as np
 
-from cadfit.bezier import Array
-from cadfit.toolpaths.biarcs import Piece, Rules
-from cadfit.toolpaths.channel import line_deviation
-from cadfit.toolpaths.cover import cover
-from cadfit.toolpaths.fewest import fewest
-from cadfit.toolpaths.machine import PLANES, Modes, Move, Place
-from cadfit.toolpaths.splines import Rounding, cubics
-from cadfit.toolpaths.tangents import corners
+from cadfit.bezier import Array, Ints
+from cadfit.toolpaths.machine import PLANES, Modes, Move
 from cadfit.toolpaths.words import Block
 
 LONGEST = 20_000  # moves: a longer run is cut, so that memory is bounded
 _EVEN = 0.02  # how much of its mean the extrusion for a length may vary within a run ...
 _LAST_DIGIT = 2e-5  # ... beyond what rounding does
+_SAGITTA = 0.01  # of the tolerance: how far the chords that stand for an arc while it is fitted are off it
+_WIDEST = 6.2  # radians: an arc of more is kept as it is
 
 
-class Cut(NamedTuple):
-    """A move in place of those up to vertex `row` of its run: to `end`, along `piece` in `plane` (0: straight).
+@dataclass(frozen=True, slots=True, eq=False)
+class Toolpath:
+    """Where a run goes: `points` (n, 3), from move to move and, along arcs, chords that are at most `off` off them.
 
-    `poles` (4, 3), instead: those of a cubic piece. `share`: of the way from the vertex before to that vertex, where
-    several moves are put in its place.
+    Moves that stay where they are are left out. `extruded` (n,): the length by then. `moves` (n,): the row, in the run,
+    of the move that each is on. `begins`, `ends` (k,): the rows of the points between which each move is. `leaving`,
+    `arriving` (k, 3): its directions; `lengths`, `sweeps`, `planes` (k,): of arcs, 0 for lines.
     """
 
-    row: int
-    end: Place
-    plane: int = 0
-    piece: Piece | None = None
-    share: float = 1.0
-    poles: Array | None = None
-
-    @property
-    def straight(self) -> bool:
-        """Whether it is a line."""
-        return self.poles is None and (self.piece is None or self.piece.centre is None)
+    points: Array
+    extruded: Array
+    moves: Ints
+    begins: Ints
+    ends: Ints
+    leaving: Array
+    arriving: Array
+    lengths: Array
+    sweeps: Array
+    planes: Ints
+    off: float
 
 
 @dataclass(slots=True)
 class Run:
-    """Moves that may be replaced together, with their lines; `modes` during it, `extruder`: where E was before it."""
+    """Moves that may be replaced together, with their lines.
+
+    `modes`: during it. `extruder`: where E was before it. `arcs`: whether these may join.
+    """
 
     modes: Modes
     extruder: float
+    arcs: bool
     blocks: list[Block] = field(default_factory=list)
     moves: list[Move] = field(default_factory=list)
     extruded: float = 0.0
@@ -56,8 +57,10 @@ class Run:
 
     def takes(self, block: Block, move: Move) -> bool:
         """Return whether a move may join: one that says and changes nothing but the place."""
-        length = hypot(*(b - a for a, b in zip(move.start, move.end, strict=True)))
+        length = move.length
         if not move.joins or (move.extruded and not length) or _says(block.comment):
+            return False
+        if move.arc is not None and (not self.arcs or abs(move.arc.sweep) > _WIDEST):
             return False
         if not self.moves:
             return True
@@ -74,18 +77,69 @@ class Run:
         self.blocks.append(block)
         self.moves.append(move)
         self.extruded += move.extruded
-        self.length += hypot(*(b - a for a, b in zip(move.start, move.end, strict=True)))
+        self.length += move.length
 
-    def vertices(self) -> tuple[Array, Array, list[int]]:
-        """Return the vertices (n, 3) without repeats, the extruded lengths there (n,), and the moves that end there."""
-        places, extruded, ends, total = [self.moves[0].start], [0.0], [-1], 0.0
-        for k, move in enumerate(self.moves):
+    def path(self, tolerance: float) -> Toolpath:
+        """Return where the moves go, arcs as chords that are within a hundredth of the tolerance of them."""
+        points, extruded, rows = [np.array([self.moves[0].start])], [0.0], [-1]
+        begins, ends, leaving, arriving, kept = [], [], [], [], []
+        total, at, off = 0.0, 0, 0.0
+        for row, move in enumerate(self.moves):
             total += move.extruded
-            if move.end != places[-1]:
-                places.append(move.end)
-                extruded.append(total)
-                ends.append(k)
-        return np.array(places), np.array(extruded), ends
+            if move.end == move.start:
+                continue
+            if move.arc is None:
+                chords, way = np.array([move.end]), np.subtract(move.end, move.start) / move.length
+                ways = (way, way)
+            else:
+                chords, ways, apart = _chords(move, _SAGITTA * tolerance)
+                off = max(off, apart)
+            m = len(chords)
+            points.append(chords)
+            extruded += [total - move.extruded * (m - 1 - k) / m for k in range(m)]
+            rows += [row] * m
+            begins.append(at)
+            at += m
+            ends.append(at)
+            leaving.append(ways[0])
+            arriving.append(ways[1])
+            kept.append(move)
+        sweeps = np.array([0.0 if move.arc is None else move.arc.sweep for move in kept])
+        planes = np.array([0 if move.arc is None else move.arc.plane for move in kept], dtype=np.intp)
+        return Toolpath(
+            np.concatenate(points), np.array(extruded), np.array(rows), np.array(begins, dtype=np.intp),
+            np.array(ends, dtype=np.intp), np.reshape(leaving, (-1, 3)), np.reshape(arriving, (-1, 3)),
+            np.array([move.length for move in kept]), sweeps, planes, off,
+        )  # fmt: skip
+
+
+def _chords(move: Move, sagitta: float) -> tuple[Array, tuple[Array, Array], float]:
+    """Return the ends (m, 3) of chords of an arc or a helix, its directions at both ends, and how far they are off it.
+
+    Where its ends differ in radius controllers go their own ways between: by so much more the chords may be off.
+    """
+    arc = move.arc
+    assert arc is not None
+    first, second = PLANES[arc.plane]
+    axes, third = [first, second], 3 - first - second
+    start, end = np.array(move.start), np.array(move.end)
+    arms = start[axes] - arc.centre, end[axes] - arc.centre
+    radii = [float(np.hypot(*arm)) for arm in arms]
+    m = ceil(abs(arc.sweep) / (2.0 * acos(1.0 - min(sagitta / max(radii), 0.5))))
+    share = np.arange(1, m + 1) / m
+    angle = np.arctan2(arms[0][1], arms[0][0]) + share * arc.sweep
+    radius = radii[0] + share * (radii[1] - radii[0])
+    points = np.empty((m, 3))
+    points[:, first], points[:, second] = arc.centre[0] + radius * np.cos(angle), arc.centre[1] + radius * np.sin(angle)
+    points[:, third] = start[third] + share * (end[third] - start[third])
+    points[-1] = end
+    ways = []
+    for arm in arms:
+        way = np.empty(3)
+        way[axes] = np.array([-arm[1], arm[0]]) * arc.sweep
+        way[third] = end[third] - start[third]
+        ways.append(way / np.linalg.norm(way))
+    return points, (ways[0], ways[1]), sagitta + abs(radii[1] - radii[0])
 
 
 def _says(comment: str) -> bool:
@@ -93,129 +147,3 @@ def _says(comment: str) -> bool:
     return comment[:1] == "(" and comment[1:].lstrip().upper().startswith(
         ("MSG", "PRINT", "DEBUG", "LOG", "PROBE", "AX")
     )
-
-
-def arcs(points: Array, tolerance: float, angle: float, rules: Rules, best: bool) -> tuple[list[Cut], float]:
-    """Return lines and arcs along the path of points (n, 3) within the tolerance, and a bound on how far they are off.
-
-    The path is split at corners (turns of more than `angle`, radians) and where its plane changes; what is in none of
-    the planes of arcs gets lines.
-    """
-    room = tolerance - rules.tick  # what rounding an axis that stands still may take
-    last = len(points) - 1
-    cuts: list[Cut] = []
-    worst, start = 0.0, 0
-    for end in [*corners(points, tolerance, angle).tolist(), last]:
-        while start < end:
-            plane, stop = _in_plane(points, start, end)
-            exact = (start == 0, stop == last)
-            part = points[start : stop + 1]
-            if plane:
-                found, far = _flat(part, plane, room, rules, tolerance, exact, best)
-            else:
-                found, far = _straight(part, room, rules, exact)
-            cuts += [cut._replace(row=cut.row + start) for cut in found]
-            worst, start = max(worst, far), stop
-    return cuts, worst
-
-
-def splines(
-    points: Array, tolerance: float, angle: float, rules: Rules, written: Rounding, flat: bool
-) -> tuple[list[Cut], float]:
-    """Return cubic pieces and lines along the path of points (n, 3), as `arcs` does.
-
-    `flat`: pieces are in the plane of X and Y alone; a path that leaves it gets lines.
-    """
-    cuts: list[Cut] = []
-    worst, start, last = 0.0, 0, len(points) - 1
-    for end in [*corners(points, tolerance, angle).tolist(), last]:
-        part, exact = points[start : end + 1], (start == 0, end == last)
-        level = bool((part[:, 2] == part[0, 2]).all())
-        lines, far = _straight(part, tolerance - rules.tick, rules, exact)
-        curves = None
-        if level or not flat:
-            begins = part.copy()
-            begins[0] = cuts[-1].end if cuts else part[0]
-            curves = cubics(begins[:, :2] if level else begins, tolerance - rules.tick, written, exact[1])
-        if curves is not None and len(curves[0]) < len(lines):
-            rows, far = _rows(part, curves[0]), curves[1] + dist(begins[0], part[0])
-            lines = []
-            for row, poles in zip(rows, curves[0], strict=True):
-                space = np.column_stack([poles, np.full(4, part[0, 2])]) if level else poles
-                x, y, z = space[3].tolist()
-                lines.append(Cut(row, (x, y, z), 17 if flat else 0, poles=space))
-        cuts += [cut._replace(row=cut.row + start) for cut in lines]
-        worst, start = max(worst, far), end
-    return cuts, worst
-
-
-def _rows(points: Array, poles: Array) -> list[int]:
-    """Return for each piece the vertex that is taken for its end: rising, the nearest in length."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    sizes = np.cumsum(np.linalg.norm(np.diff(poles, axis=1), axis=2).sum(axis=1))
-    rows = np.searchsorted(along, sizes * along[-1] / sizes[-1])
-    m, n = len(rows), len(points)
-    rising = np.maximum.accumulate(rows - np.arange(m)) + np.arange(m)
-    rows = np.clip(np.minimum(rising, n - m + np.arange(m)), np.arange(1, m + 1), n - 1)
-    rows[-1] = n - 1
-    return [int(row) for row in rows]
-
-
-def _in_plane(points: Array, start: int, end: int) -> tuple[int, int]:
-    """Return the plane of the stretch that begins at a vertex (0: none), and the vertex where it stops."""
-    still = points[start:end] == points[start + 1 : end + 1]
-    kept = np.logical_and.accumulate(still[:, [2, 1, 0]], axis=0)
-    reach = kept.sum(axis=0)
-    best = int(np.argmax(reach))
-    if reach[best]:
-        return (17, 18, 19)[best], start + int(reach[best])
-    moving = still.any(axis=1)
-    return 0, start + (int(np.argmax(moving)) if moving.any() else len(moving))
-
-
-def _flat(
-    points: Array, plane: int, room: float, rules: Rules, tolerance: float, exact: tuple[bool, bool], best: bool
-) -> tuple[list[Cut], float]:
-    first, second = PLANES[plane]
-    third = 3 - first - second
-    cuts, worst = [], 0.0
-    flat = points[:, [first, second]]
-    steps = cover(flat, room, rules, tolerance, exact)
-    if best and (moves := sum(len(step.pieces) for step in steps)) > 2:
-        found = fewest(flat, room, rules, exact)
-        if found is not None and len(found.pieces) < moves:
-            steps = [found]
-    for step in steps:
-        worst = max(worst, step.deviation)
-        whole, along = sum(piece.length for piece in step.pieces), 0.0
-        for piece in step.pieces:
-            place = [0.0, 0.0, 0.0]
-            place[first], place[second] = piece.end
-            place[third] = float(points[step.last, third])
-            along += piece.length
-            share = 1.0 if piece is step.pieces[-1] else along / whole
-            cuts.append(Cut(step.last, (place[0], place[1], place[2]), plane, piece, share))
-    return cuts, worst
-
-
-def _straight(points: Array, room: float, rules: Rules, exact: tuple[bool, bool]) -> tuple[list[Cut], float]:
-    """Return the longest lines, one after the other, that stay within the room of points (n, 3)."""
-    written = np.round(points, rules.decimals)
-    for end, kept in zip((0, -1), exact, strict=True):
-        if kept:
-            written[end] = points[end]
-    cuts, worst, at, n = [], 0.0, 0, len(points)
-    reach = 1
-    while at < n - 1:
-        low, high, far = at + 1, n, line_deviation(points[at : at + 2], written[at], written[at + 1])
-        while high - low > 1:
-            last = min(low + reach, n - 1) if high == n else (low + high) // 2
-            tried = line_deviation(points[at : last + 1], written[at], written[last])
-            if tried <= room:
-                low, far, reach = last, tried, 2 * reach
-            else:
-                high, reach = last, max((last - at) // 2, 1)
-        worst = max(worst, far)
-        cuts.append(Cut(low, (float(written[low, 0]), float(written[low, 1]), float(written[low, 2]))))
-        at = low
-    return cuts, worst

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
 
 from cadfit.bezier import Array
-from cadfit.toolpaths.biarcs import Piece
+from cadfit.toolpaths.cuts import Cut
 from cadfit.toolpaths.machine import PLANES, Move, Place
-from cadfit.toolpaths.runs import Cut, Run
+from cadfit.toolpaths.pieces import Piece
+from cadfit.toolpaths.runs import Run, Toolpath
 from cadfit.toolpaths.splines import coefficients
 from cadfit.toolpaths.words import Block
 
@@ -71,36 +75,32 @@ class Writer:
         """Return what the end of the program needs."""
         return []
 
-    def lines(self, run: Run, cuts: list[Cut], decimals: int) -> list[str]:
+    def lines(self, run: Run, path: Toolpath, cuts: list[Cut], decimals: int) -> list[str]:
         """Return the lines of the moves that replace a run."""
         blocks, first = run.blocks, run.blocks[0]
         code = first.text.split(";")[0].split("(")[0].strip()
         gap = " " if " " in code else ""
         explicit = all(any(letter == "G" for letter, _ in block.words) for block in blocks)
         feed = next((value for letter, value in first.words if letter == "F"), None)
-        _, extruded, ends = run.vertices()
-        numbers = _numbers(blocks, cuts, ends)
-        here, modes = run.moves[0].start, run.modes
-        done, row, lines = 0.0, 0, []
+        numbers = _numbers(blocks, cuts, path)
+        extruded = np.interp([cut.at for cut in cuts], np.arange(len(path.points)), path.extruded).tolist()
+        here, modes, done, lines = run.moves[0].start, run.modes, 0.0, []
         for k, cut in enumerate(cuts):
             words = self._motion(cut, explicit)
             exact = k == len(cuts) - 1
-            there, said = self._place(here, cut, modes.absolute, decimals, exact)
+            here, said = self._place(here, cut, modes.absolute, decimals, exact)
             words += said
             if cut.poles is not None:
                 words += self._curve(cut.poles, decimals, exact)
             elif cut.piece is not None and cut.piece.centre is not None:
                 words += self._centre(cut.piece, cut.plane, modes.centres_absolute, decimals)
             if run.extruded:
-                total = float(extruded[row] + cut.share * (extruded[cut.row] - extruded[row]))
-                value = run.extruder + total if modes.extruder_absolute else total - done
+                value = run.extruder + extruded[k] if modes.extruder_absolute else extruded[k] - done
                 text = number(value, _EXTRUDER_DIGITS, exact)
                 done += float(text) if not modes.extruder_absolute else 0.0
                 words.append(f"E{text}")
             if k == 0 and feed is not None:
                 words.append(f"F{feed:g}")
-            row = cut.row if cut.share == 1.0 else row
-            here = there
             head = [f"N{numbers[k]:g}"] if numbers else []
             comment = f" {first.comment}" if first.comment else ""
             lines.append(gap.join(head + words) + comment + end_of_line(first.text))
@@ -159,13 +159,13 @@ class Writer:
         return words
 
 
-def _numbers(blocks: list[Block], cuts: list[Cut], ends: list[int]) -> list[float]:
+def _numbers(blocks: list[Block], cuts: list[Cut], path: Toolpath) -> list[float]:
     """Return a line number for each move, from those of the lines it replaces; none if not all lines had one."""
     given = [next((value for letter, value in block.words if letter == "N"), None) for block in blocks]
     if any(value is None for value in given):
         return []
     found, after = [], len(given)
     for cut in reversed(cuts):
-        after = min(ends[cut.row], after - 1)
+        after = min(int(path.moves[ceil(cut.at)]), after - 1)
         found.append(given[after])
     return [value for value in reversed(found) if value is not None]

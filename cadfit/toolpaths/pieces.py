@@ -1,8 +1,8 @@
-"""Arcs between two places: from a direction, and two that join without a kink; rounded to a controller's decimals."""
+"""Moves in a plane, straight or circular, as a controller takes them: rounded to its decimals."""
 
 from __future__ import annotations
 
-from math import atan2, hypot, pi, sqrt
+from math import atan2, hypot, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -36,18 +36,6 @@ class Piece(NamedTuple):
             return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
         return self.radius * abs(self.sweep)
 
-    def direction(self, at_end: bool) -> Point:
-        """The unit tangent at an end."""
-        here = self.end if at_end else self.start
-        if self.centre is None:
-            x, y = self.end[0] - self.start[0], self.end[1] - self.start[1]
-        else:
-            x, y = self.centre[1] - here[1], here[0] - self.centre[0]
-            if self.sweep < 0.0:
-                x, y = -x, -y
-        size = hypot(x, y) or 1.0
-        return x / size, y / size
-
     def deviation(self, points: Array) -> float:
         """Return an upper bound on the distance between the polyline of points (n, 2) and the move, both ways."""
         start, end = np.array(self.start), np.array(self.end)
@@ -68,29 +56,6 @@ class Rules(NamedTuple):
     def rounded(self, point: Point) -> Point:
         """Return the place as it is written."""
         return round(point[0], self.decimals), round(point[1], self.decimals)
-
-
-def arc_from(start: Point, direction: Point, end: Point, rules: Rules) -> Piece | None:
-    """Return the arc that leaves start in a direction and ends at a place, as it is written; or a line, if that flat.
-
-    None where the radius is too small, the turn nearly a whole one, or no rounding of the centre gives ends that agree.
-    """
-    x, y = end[0] - start[0], end[1] - start[1]
-    across = direction[0] * y - direction[1] * x  # the chord's component to the left
-    along = direction[0] * x + direction[1] * y
-    square = x * x + y * y
-    if square == 0.0:
-        return None
-    if square >= 2.0 * abs(across) * rules.largest_radius or abs(across) <= 0.5 * rules.tick:
-        return Piece(start, end) if along > 0.0 else None
-    radius = square / (2.0 * across)  # signed: positive to the left
-    if abs(radius) < rules.least_radius:
-        return None
-    sweep = 2.0 * atan2(across, along)
-    if abs(sweep) > 6.2:
-        return None
-    centre = (start[0] - radius * direction[1], start[1] + radius * direction[0])
-    return written_arc(start, end, centre, sweep, rules)
 
 
 def written_arc(start: Point, end: Point, centre: Point, sweep: float, rules: Rules) -> Piece | None:
@@ -121,39 +86,3 @@ def _written_centre(start: Point, end: Point, centre: Point, rules: Rules) -> Po
                 break
     # 0.6 of the rule: controllers compute in their own floats, some of them 32-bit ones
     return best if best is not None and radii_agree(least, 0.0, 0.6 * rules.unit) else None
-
-
-def biarc(start: Point, leaving: Point, end: Point, arriving: Point, rules: Rules) -> tuple[Piece, Piece] | None:
-    """Return two arcs that join tangentially, from a place and direction to another, as they are written.
-
-    Of all such pairs it is the one whose control legs are equal. Source: Bolton, Biarc curves, CAD 7(2), 1975.
-    """
-    x, y = end[0] - start[0], end[1] - start[1]
-    sum_x, sum_y = leaving[0] + arriving[0], leaving[1] + arriving[1]
-    along = x * sum_x + y * sum_y
-    bend = 2.0 * (1.0 - leaving[0] * arriving[0] - leaving[1] * arriving[1])
-    square = x * x + y * y
-    if bend < 1e-12:
-        if along <= 0.0:
-            return None
-        leg = square / (2.0 * along)
-    else:
-        leg = (sqrt(along * along + bend * square) - along) / bend
-    if leg <= 0.0:
-        return None
-    middle = rules.rounded(
-        (
-            (start[0] + end[0] + leg * (leaving[0] - arriving[0])) / 2.0,
-            (start[1] + end[1] + leg * (leaving[1] - arriving[1])) / 2.0,
-        )
-    )
-    first = arc_from(start, leaving, middle, rules)
-    if first is None:
-        return None
-    second = arc_from(end, (-arriving[0], -arriving[1]), middle, rules)
-    if second is None:
-        return None
-    if second.centre is None:
-        return first, Piece(middle, end)
-    back = written_arc(middle, end, second.centre, -second.sweep, rules)
-    return None if back is None else (first, back)
