@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import COMB, CURVE, POINTS, POLES
+from cadfit.plotting import COMB, POINTS, POLES
 
 DATA = Path(__file__).parent / "data"
 FALLING = np.arange(0.95, 0.49, -0.05)
@@ -112,12 +112,11 @@ def space(points):
             if "polygon" in title:
                 ax.plot(*polygon.reshape(-1, 2).T, color=POLES, linewidth=0.6, marker="s", markersize=2.0)
             if title in ("cardinal splines", "Bézier fits"):
-                spline = cadfit.pieces_to_spline(chain)
-                ax.plot(*(spline(np.linspace(*spline.domain, 2000)) + shift).T, color=CURVE, linewidth=1.2)
+                cadfit.pieces_to_spline(chain).transformed(np.eye(2), shift).plot(ax, poles=False, comb=False)
             if title == "Bézier fits":
                 ax.plot(*polygon[:, [0, 3]].reshape(-1, 2).T, linestyle="none", marker="|", color=POLES)
             if "space" in title:
-                ax.plot(*(curve(np.linspace(*curve.domain, 3000))[:, [0, k + 1]] + shift).T, color=CURVE, linewidth=1.2)
+                curve.transformed(np.eye(3)[[0, k + 1]], shift).plot(ax, poles=False, comb=False)
             ax.plot(*(flat + shift).T, color=POINTS, linestyle="none", marker="o", markersize=2.5)
         ax.set_aspect("equal")
         ax.set(xticks=[], yticks=[])
