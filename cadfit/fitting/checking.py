@@ -14,6 +14,7 @@ from cadfit.fitting.feet import feet, foot_steps, within
 from cadfit.fitting.matching import blocks, distances
 from cadfit.fitting.relax import Trial
 from cadfit.fitting.targets import BULGE, Targets, bulges, cardinal_chain, straight_chain, targets, with_samples
+from cadfit.fitting.turning import loops
 from cadfit.stages import stage
 
 _FEET = 2  # Newton steps toward the foot points of those not fitted
@@ -41,15 +42,24 @@ class Stretch:
         """How far the curve may stray from each chord (chords,)."""
         return room_of(chain_of(self.points, self.closed, self.polyline), self.tolerance)
 
+    @property
+    def most(self) -> float:
+        """How many spans are tried to smooth it with: of a polyline that needs more, the corners are rounded."""
+        return len(self.points) if self.polyline else np.inf
+
     def goal(self, rows: Ints) -> Targets:
         """Return the targets that some of the points make; all of them with samples of the chain between."""
         chain, weights = chain_of(self.points[rows], self.closed, self.polyline), self.weights[rows]
         if len(rows) < len(self.points):
             tolerance = SURER * self.tolerance
             room = self.tolerance + BULGE * self._left_out(rows)
-            return targets(self.points[rows], chain, room, tolerance, weights, self.closed, self.tangents)
-        goal = targets(self.points, chain, self.room, self.tolerance, weights, self.closed, self.tangents)
-        return with_samples(goal, self.polyline)
+            return targets(
+                self.points[rows], chain, room, tolerance, weights, self.closed, self.polyline, self.tangents
+            )
+        goal = targets(
+            self.points, chain, self.room, self.tolerance, weights, self.closed, self.polyline, self.tangents
+        )
+        return with_samples(goal)
 
     def _left_out(self, rows: Ints) -> Array:
         """Return how far the points between each of the rows (the first among them) and the next are from the chord."""
@@ -67,7 +77,7 @@ class Check:
     """A trial's curve as a BSpline, and how all points of the stretch lie to it.
 
     `u` (n,): their parameters; `error` (n,): their distances in tolerances; `straying`: the chords that the curve is
-    not certain to stay near.
+    not certain to stay near; `loops`: whether it turns much more than the polyline that it is to follow.
     """
 
     trial: Trial
@@ -75,11 +85,12 @@ class Check:
     u: Array
     error: Array
     straying: Ints
+    loops: bool
 
     @property
     def passed(self) -> bool:
         """Whether everything holds."""
-        return float(self.error.max()) <= 1.0 and not len(self.straying)
+        return float(self.error.max()) <= 1.0 and not len(self.straying) and not self.loops
 
 
 @stage("checking the promise")
@@ -98,8 +109,12 @@ def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
         u += goal.period
     twice, contour, at = unrolled(spline, points, u) if stretch.closed else (spline, points, u)
     error = distances(twice, contour, at)[: len(points)] / stretch.tolerance
-    strayed = _strayed(stretch, twice, contour, at, rows) if error.max() <= 1.0 else _NONE
-    return Check(trial, spline, u, error, strayed)
+    near = error.max() <= 1.0
+    strayed = _strayed(stretch, twice, contour, at, rows) if near else _NONE
+    looped = _NONE
+    if near and stretch.polyline:
+        looped = loops(trial.curve, points.T, u, stretch.tolerance, stretch.tangents)
+    return Check(trial, spline, u, error, strayed, len(looped) > 0)
 
 
 def _strayed(stretch: Stretch, spline: BSpline, points: Array, u: Array, rows: Ints) -> Ints:

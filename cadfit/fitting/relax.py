@@ -11,6 +11,7 @@ from cadfit.fitting.feet import Look, look, look_again, newton, slid, within, wr
 from cadfit.fitting.spans import Curve, Spans, dot, shifted
 from cadfit.fitting.squares import band, local, moments, pairs, solve
 from cadfit.fitting.targets import Targets, sampled
+from cadfit.fitting.turning import loops
 
 _ALONG = 0.005  # weight of a residual's part along the curve: a foot point slides there
 _DAMPING = 1e-6  # of the mean of the normal matrix' diagonal: keeps poles that no target sees where they are
@@ -58,18 +59,22 @@ def measured(goal: Targets, curve: Curve, u: Array, weights: Array, seen: Look |
 
 def start(goal: Targets, knots: Array, u: Array) -> Trial:
     """Return the least-squares curve with these knots for targets at these parameters."""
+    curve, u = wrapped(averaged(goal, knots, u), u)
+    seen = look(curve, u)
+    curve = with_poles(goal, curve, seen, goal.weights, 1.0)
+    return measured(goal, curve, u, goal.weights, look_again(curve, seen))
+
+
+def averaged(goal: Targets, knots: Array, u: Array) -> Curve:
+    """Return Schoenberg's curve: the poles are the polyline of the targets at the averages of three knots."""
     spans = Spans(knots, goal.closed)
     around, places = u, goal.points
     if goal.closed:
         around = np.concatenate([u - goal.period, u, u + goal.period])
         places = np.tile(places, 3)
     t = spans.extended
-    greville = (t[1:-3] + t[2:-2] + t[3:-1])[: spans.poles] / 3.0
-    poles = _on_tangents(np.stack([np.interp(greville, around, row) for row in places]), goal)
-    curve, u = wrapped(Curve(spans, poles), u)
-    seen = look(curve, u)
-    curve = with_poles(goal, curve, seen, goal.weights, 1.0)
-    return measured(goal, curve, u, goal.weights, look_again(curve, seen))
+    averages = (t[1:-3] + t[2:-2] + t[3:-1])[: spans.poles] / 3.0
+    return Curve(spans, on_tangents(np.stack([np.interp(averages, around, row) for row in places]), goal))
 
 
 def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
@@ -80,7 +85,7 @@ def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
     would not do at the rate of the last few: most trials fail, so that is where the time goes.
     """
     exponent = min(_CALM + 1.35 / passes, _SHIFT) if move_knots else _SHIFT  # bolder the fewer passes there are
-    best = trial = _checked(trial)
+    best = trial = checked(trial)
     worst, window = [best.worst], 2 + passes // 8
     for left in range(passes, 0, -1):
         gained = worst[-1 - window] - worst[-1] if len(worst) > window else np.inf
@@ -89,7 +94,7 @@ def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
         count = len(trial.error)  # sums, since means take several times as long
         weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
         weights *= count / np.add.reduce(weights)
-        trial = _checked(_passed(trial, weights, move_knots))
+        trial = checked(_passed(trial, weights, move_knots))
         if trial.worst < best.worst or len(trial.u) > len(best.u):
             best = trial
         worst.append(best.worst)
@@ -111,13 +116,21 @@ def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:
     return measured(goal, curve, u, weights, seen)
 
 
-def _checked(trial: Trial) -> Trial:
+def checked(trial: Trial) -> Trial:
     """Return the trial as met, or where only the places between the targets keep it from that, with targets there."""
     if trial.worst > 1.0:
         return trial
     far, at = strays(trial)
     strayed = np.flatnonzero(far > 1.0)
     return watched(trial, strayed, at[strayed]) if len(strayed) else replace(trial, met=True)
+
+
+def looping(trial: Trial) -> Ints:
+    """Return the spans on which the curve loops or wiggles where the polyline that it is to follow does not."""
+    goal, data = trial.goal, trial.goal.data
+    if not goal.polyline:
+        return np.zeros(0, dtype=np.intp)
+    return loops(trial.curve, goal.points[:, data], trial.u[data], float(goal.allowed[0]), goal.tangents)
 
 
 def watched(trial: Trial, chords: Ints, at: Array) -> Trial:
@@ -135,11 +148,11 @@ def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: f
         band(spans.count, spans.closed, d, False),
         d,
         np.full(d, _DAMPING),
-        _held(goal),
+        held(goal),
     )
     poles = curve.poles.copy()
     poles[:, slice(None) if spans.closed else slice(1, -1)] += found.T
-    return Curve(spans, _on_tangents(poles, goal))
+    return Curve(spans, on_tangents(poles, goal))
 
 
 def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve:
@@ -152,7 +165,7 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
         band(spans.count, spans.closed, d, True),
         d,
         damping,
-        _held(goal),
+        held(goal),
     )[:, d]
     h, knots = spans.steps, spans.knots.copy()
     mean = (knots[-1] - knots[0]) / len(h)
@@ -166,12 +179,12 @@ def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve
     return Curve(Spans(knots, spans.closed), curve.poles)
 
 
-def _held(goal: Targets) -> list[tuple[int, Array]]:
+def held(goal: Targets) -> list[tuple[int, Array]]:
     """Return the free poles next to the ends that may move along given tangents only."""
     return [(k, tangent) for k, tangent in zip((0, -1), goal.tangents, strict=True) if tangent is not None]
 
 
-def _on_tangents(poles: Array, goal: Targets) -> Array:
+def on_tangents(poles: Array, goal: Targets) -> Array:
     """Return the poles (d, k) with those next to the ends on the given tangents, if any, and in front of the ends."""
     for tangent, end, near, sign in zip(goal.tangents, (0, -1), (1, -2), (1.0, -1.0), strict=True):
         if tangent is not None:
@@ -184,28 +197,31 @@ def _on_tangents(poles: Array, goal: Targets) -> Array:
 def _equations(
     goal: Targets, curve: Curve, seen: Look, weights: Array, along: float, move_knots: bool
 ) -> tuple[Array, Array]:
-    """Return the normal equations of the targets' residuals, linearised, span by span, as `squares.local`.
+    """Return the normal equations of the targets' residuals, linearised, span by span, as `squares.local`."""
+    squares, pulls = sums(curve, seen, goal.points - seen.places, weights / goal.allowed**2, along)
+    if not move_knots:
+        return local(squares, pulls, curve.spans.matrices, None)
+    moved, directions = _knot_functions(curve)
+    return local(squares, pulls, np.concatenate([curve.spans.matrices, moved], axis=1), directions)
+
+
+def sums(curve: Curve, seen: Look, gap: Array, weight: Array, along: float) -> tuple[Array, Array]:
+    """Return the `squares.moments` of residuals `gap` (d, n) at the places seen, for the curve's spans.
 
     A residual's part along the curve counts `along` as much as what is across: a foot point slides there.
     """
     spans, tangent = curve.spans, seen.tangents
-    weight = weights / goal.allowed**2
     slid = ((along - 1.0) * weight / (dot(tangent, tangent) + _NO_SPEED)) * tangent
     i, j = pairs(len(tangent))
     metric = tangent[i] * slid[j]
     metric[i == j] += weight
-    gap = goal.points - seen.places
     pull = weight * gap + dot(tangent, gap) * slid
     starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
     squares, pulls = moments(seen.local, metric, pull, starts)
     if spans.closed:
         squares[..., 0] += squares[..., -1]
         pulls[..., 0] += pulls[..., -1]
-    squares, pulls = squares[..., : spans.count], pulls[..., : spans.count]
-    if not move_knots:
-        return local(squares, pulls, spans.matrices, None)
-    moved, directions = _knot_functions(curve)
-    return local(squares, pulls, np.concatenate([spans.matrices, moved], axis=1), directions)
+    return squares[..., : spans.count], pulls[..., : spans.count]
 
 
 def _knot_functions(curve: Curve) -> tuple[Array, Array]:

@@ -1,43 +1,67 @@
-"""A C2 curve that is sure to stay near any points: Bézier pieces from point to point, their joints rounded a little."""
+"""C2 curves that are sure to stay near any points: their polyline, or cardinal curve, its joints rounded a little."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from cadfit.bezier import Array
-from cadfit.fitting.relax import Trial, measured
+from cadfit.fitting.relax import Trial, averaged, measured
 from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import Targets
+from cadfit.fitting.turning import lengths
 
+_THIRD = 1.0 / 3.0  # of a chord: no corner is rounded farther, and its knots are even then
 _DOUBLE, _TRIPLE = (-1.0, 1.0), (-1.0, 0.0, 1.0)
 
 
-def rounded(goal: Targets, straight: bool, share: float) -> Trial:
-    """Return the trial of the targets' own chain as a C2 spline: two poles a chord, or three where it is `straight`.
+def rounded_polyline(goal: Targets, share: float) -> Trial:
+    """Return the trial of Schoenberg's spline of the polyline, with three knots about each vertex.
 
-    The chain is a B-spline with double knots at the points (C1 on centripetal parameters), the polyline one with triple
-    knots (on chord lengths). Set apart by `share` of the shorter span at each point the knots are simple, the poles
-    remain, and the curve moves by about as much: as near to the points and chords as one likes.
+    Its poles lie on the polyline, at averages of three knots, the vertices among them. So their polygon is the
+    polyline, and the curve turns no more than that. With knots up to `a` away, a vertex that turns by t is missed by
+    a/3 sin(t/2): `share` of the tolerance, or less where the chords are short.
+    Source: Schoenberg, On spline functions, in Inequalities, 1967.
     """
-    chain, closed = goal.chain, goal.closed
-    poles = chain[:, 1 : 4 if straight else 3]
-    rows = poles.reshape(-1, poles.shape[-1])
-    at, u = at_points(goal, 1.0 if straight else 0.5)
-    step = np.diff(at)
-    apart = share * np.minimum(step, np.roll(step, -1))  # at the end of each chord
-    sides = np.array(_TRIPLE if straight else _DOUBLE)
-    if closed:
-        knots = (at[:-1, None] + np.roll(apart, 1)[:, None] * sides).ravel()
-        knots = np.append(knots, knots[0] + goal.period)
-        rows = np.roll(rows, len(sides), axis=0)
-    else:
-        inner = (at[1:-1, None] + apart[:-1, None] * sides).ravel()
-        knots = np.concatenate([at[:1], inner, at[-1:]])
-        rows = np.concatenate([chain[0, :1], rows] if straight else [chain[0, :1], rows, chain[-1, 3:]])
-        for tangent, end, near, sign in zip(goal.tangents, (0, -1), (1, -2), (1.0, -1.0), strict=True):
-            if tangent is not None:
-                rows[near] = rows[end] + sign * share * np.linalg.norm(rows[near] - rows[end]) * tangent
-    curve = Curve(Spans(knots, closed), np.ascontiguousarray(rows.T))
+    at, u = at_points(goal, 1.0)
+    chord = np.diff(at)
+    unit = ((goal.chain[:, 3] - goal.chain[:, 0]) / chord[:, None]).T
+    bend, shorter = lengths(unit - np.roll(unit, 1, axis=1)), np.minimum(chord, np.roll(chord, 1))  # 2 sin(t/2)
+    allowed = share * float(goal.allowed[0])
+    apart = np.minimum(_THIRD * shorter, 6.0 * allowed / np.maximum(bend, allowed / shorter))
+    curve = averaged(replace(goal, tangents=(None, None)), _about(goal, at, apart, _TRIPLE), u)
+    return _tried(goal, curve, u, share)
+
+
+def rounded_chain(goal: Targets, share: float) -> Trial:
+    """Return the trial of the targets' cardinal chain as a C2 spline of two poles a chord.
+
+    The chain is a B-spline with double knots at the points (C1 on centripetal parameters). Set apart by `share` of the
+    shorter span at each point the knots are simple, the poles remain, and the curve moves by about as much.
+    """
+    at, u = at_points(goal, 0.5)
+    step, chain = np.diff(at), goal.chain
+    knots = _about(goal, at, share * np.minimum(step, np.roll(step, 1)), _DOUBLE)
+    poles = chain[:, 1:3].reshape(-1, chain.shape[-1])
+    poles = np.roll(poles, 2, axis=0) if goal.closed else np.concatenate([chain[0, :1], poles, chain[-1, 3:]])
+    return _tried(goal, Curve(Spans(knots, goal.closed), np.ascontiguousarray(poles.T)), u, share)
+
+
+def _about(goal: Targets, at: Array, apart: Array, sides: tuple[float, ...]) -> Array:
+    """Return the knots at some multiples (`sides`) of `apart` (chords,) from the points, each at its chord's start."""
+    first = int(not goal.closed)
+    knots = (at[first:-1, None] + apart[first:, None] * np.array(sides)).ravel()
+    return np.append(knots, knots[0] + goal.period) if goal.closed else np.concatenate([at[:1], knots, at[-1:]])
+
+
+def _tried(goal: Targets, curve: Curve, u: Array, share: float) -> Trial:
+    """Return the trial of the curve, its ends on the tangents that are given."""
+    poles = curve.poles
+    for tangent, end, near, sign in zip(goal.tangents, (0, -1), (1, -2), (1.0, -1.0), strict=True):
+        if tangent is not None:
+            length = share * min(float(np.linalg.norm(poles[:, near] - poles[:, end])), float(goal.allowed[0]))
+            poles[:, near] = poles[:, end] + sign * length * tangent
     return measured(goal, curve, u, goal.weights)
 
 

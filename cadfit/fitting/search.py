@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cadfit.bezier import Array
-from cadfit.fitting.relax import Trial, relax, start
+from cadfit.fitting.relax import Trial, looping, relax, start
 from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
@@ -21,8 +21,8 @@ _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, wha
 
 
 @stage("adding spans until it holds")
-def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard) -> Trial:
-    """Return a trial that meets the targets, with knots added where it did not."""
+def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard, most: float = np.inf) -> Trial:
+    """Return a trial that meets the targets, with knots added where not; or the last, if `most` are too few."""
     dense, turn = False, 0
     while True:
         progress(turn / (turn + 4.0))  # how many turns there will be is not known
@@ -30,7 +30,7 @@ def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard) ->
         trial = start(goal, knots, u)
         if trial.worst < _FAR:
             trial = relax(trial, 6, move_knots=False)
-        if trial.met or trial.curve.spans.count > 2 * len(u) + 8:
+        if trial.met or trial.curve.spans.count > min(most, 2 * len(u) + 8):
             return trial
         knots, u, goal = _bisected(trial), trial.u, trial.goal
         if len(knots) == len(trial.curve.spans.knots):
@@ -78,6 +78,7 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float,
     one that failed is tried again from the better knots found since, unless it failed by far.
     """
     least, failed, failed_from, near = 4 if trial.goal.closed else 1, 0, trial, True
+    looped = len(looping(trial)) > 0
     for turn in range(trials):
         progress(turn / trials)
         m = trial.curve.spans.count
@@ -87,8 +88,9 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float,
         if m <= least or cut < 1:
             break
         fewer = _with_fewer(trial, m - cut, passes, exchanges if m - cut > least else 0)
-        if fewer.met:
-            trial = fewer
+        loops = fewer.met and len(looping(fewer)) > 0
+        if fewer.met and (looped or not loops):
+            trial, looped = fewer, loops
             continue
         failed, failed_from, near = m - cut, trial, fewer.worst < _NEAR
         if fewer.worst > _HOPELESS:
@@ -121,7 +123,7 @@ def exchanged(trial: Trial) -> Array:
     """Return the knots with one more in the span of the largest error, and without another that is missed least."""
     spans = trial.curve.spans
     k = int(spans.find(trial.u[[np.argmax(trial.error)]])[0]) % spans.count
-    missed = _missed(trial)
+    missed = importance(trial)
     ends = np.array([k, k + 1]) % spans.count if spans.closed else np.array([k - 1, k])
     missed[ends[(ends >= 0) & (ends < len(missed))]] = np.inf
     gone = np.arange(len(missed)) == np.argmin(missed)
@@ -131,7 +133,7 @@ def exchanged(trial: Trial) -> Array:
 def by_removal(trial: Trial, m: int) -> Array:
     """Return the knots without those that are missed least."""
     spans = trial.curve.spans
-    missed = _missed(trial).tolist()
+    missed = importance(trial).tolist()
     gone = np.zeros(len(missed), dtype=bool)
     queue = [(least, k) for k, least in enumerate(missed)]
     heapify(queue)
@@ -159,7 +161,7 @@ def _without(spans: Spans, gone: NDArray[np.bool_]) -> Array:
     return np.concatenate([knots[:1], knots[1:-1][~gone], knots[-1:]])
 
 
-def _missed(trial: Trial) -> Array:
+def importance(trial: Trial) -> Array:
     """Return how much each inner knot, closed the start of each span, is missed where it is taken away.
 
     That is the jump of the third derivative there, for the spans around.

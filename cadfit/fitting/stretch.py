@@ -12,18 +12,20 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.checking import Check, Stretch, checked
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
-from cadfit.fitting.rounded import rounded
+from cadfit.fitting.rounded import rounded_chain, rounded_polyline
 from cadfit.fitting.search import fewest, grow
 from cadfit.fitting.spans import Curve
 from cadfit.fitting.targets import straight_chain
+from cadfit.fitting.taut import thinned, tightened
 from cadfit.fitting.thinned import carried, more_rows, spread
-from cadfit.stages import Progress, portion
+from cadfit.stages import Progress, portion, stage
 
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _FAST, _BEST = (8, 8, 0, 0.25), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
 _GROWN, _QUICK, _NEARLY = 0.1, 0.2, 0.8  # of the time, about: where the curve holds, has few spans, waits for a check
+_SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -106,23 +108,56 @@ def _straight(points: Array) -> tuple[BSpline, Array]:
 
 
 def _found(stretch: Stretch, best: bool, progress: Progress) -> Check:
-    """Return a curve that holds: grown until it does, then with fewer spans as long as it does."""
+    """Return a curve that holds, with few spans.
+
+    A polyline that needs a span for every other chord, or more, may need fewer where its corners are rounded.
+    """
+    smooth = _smooth(stretch, best, progress)
+    if smooth is not None and not (stretch.polyline and 2 * smooth.trial.curve.spans.count > len(stretch.points)):
+        return smooth
+    rounded = _rounded(stretch, portion(progress, _NEARLY, 1.0))
+    return rounded if smooth is None or len(rounded.spline.poles) < len(smooth.spline.poles) else smooth
+
+
+def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
+    """Return a curve grown until it holds, then with fewer spans as long as it does; None of too sharp a polyline."""
     n = len(stretch.points)
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
-    trial = grow(goal, np.linspace(0.0, goal.period, 5 if goal.closed else 2), goal.u, portion(progress, 0.0, _GROWN))
+    first = np.linspace(0.0, goal.period, 5 if goal.closed else 2)
+    trial = grow(goal, first, goal.u, portion(progress, 0.0, _GROWN), stretch.most)
     progress(_GROWN)
+    if stretch.polyline and not trial.met:
+        return None
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
         fewer, _ = _mended(stretch, _fewest(trial, best, progress), rows, progress)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
     grown, rows = _mended(stretch, trial, rows, progress)
     if not grown.passed:
+        if stretch.polyline:
+            return None
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
     fewer, _ = _mended(stretch, _fewest(grown.trial, best, progress), rows, progress)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
+
+
+def _rounded(stretch: Stretch, progress: Progress) -> Check:
+    """Return the polyline with its corners rounded, with as few spans as are found by taking knots away."""
+    sure, rows = _surely(stretch), np.arange(len(stretch.points))
+    with stage("taking corners' knots away"):
+        found = [*thinned(sure.trial, progress)]
+    for trial in reversed(found):
+        check = checked(stretch, trial, rows)
+        for _ in range(_ROUNDS):
+            if check.passed or not len(check.straying):
+                break
+            check = checked(stretch, tightened(_watched(check.trial, check.straying), _SOFT), rows)
+        if check.passed:
+            return check
+    return sure
 
 
 def _fewest(trial: Trial, best: bool, progress: Progress) -> Trial:
@@ -141,15 +176,15 @@ def _mended(stretch: Stretch, trial: Trial, rows: Ints, progress: Progress) -> t
     for turn in count():
         progress(0.0)  # how much is still to mend is not known, but it may be stopped
         whole = len(rows) == n
-        if check.passed or (whole and (turn >= _ROUNDS or not trial.met)):
+        if check.passed or check.loops or (whole and (turn >= _ROUNDS or not trial.met)):
             break
         if whole:
-            trial = _met(_watched(trial, check.straying))
+            trial = _met(_watched(trial, check.straying), stretch.most)
         else:
             rows = more_rows(check, rows, least)
             goal = carried(stretch.goal(rows), check, rows)
             spans = trial.curve.spans
-            fitted = _met(start(goal, spans.knots, goal.u))
+            fitted = _met(start(goal, spans.knots, goal.u), stretch.most)
             spiky = not fitted.met or fitted.curve.spans.count > 1.5 * spans.count + 8
             least = 4 * len(rows) if spiky or turn >= _ROUNDS else 0
             if spiky and len(rows) < n:
@@ -159,10 +194,10 @@ def _mended(stretch: Stretch, trial: Trial, rows: Ints, progress: Progress) -> t
     return check, rows
 
 
-def _met(trial: Trial) -> Trial:
+def _met(trial: Trial, most: float) -> Trial:
     """Return a trial that meets the targets, if one is found, with knots added where moving them does not do."""
     trial = relax(trial, 24, move_knots=True)
-    return trial if trial.met else grow(trial.goal, trial.curve.spans.knots, trial.u)
+    return trial if trial.met else grow(trial.goal, trial.curve.spans.knots, trial.u, most=most)
 
 
 def _watched(trial: Trial, chords: Ints) -> Trial:
@@ -183,8 +218,9 @@ def _surely(stretch: Stretch) -> Check:
     """
     rows = np.arange(len(stretch.points))
     goal = stretch.goal(rows)
-    for share in 0.2 ** np.arange(1, 14):
-        check = checked(stretch, rounded(goal, stretch.polyline, share), rows)
+    make = rounded_polyline if stretch.polyline else rounded_chain
+    for share in 0.99 * 0.2 ** np.arange(int(not stretch.polyline), 14):
+        check = checked(stretch, make(goal, share), rows)
         if check.passed:
             return check
     raise ValueError(

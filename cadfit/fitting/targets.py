@@ -23,7 +23,8 @@ class Targets:
 
     `row` (n,): the number of the point, or for places between points of the point before. `data` (n,): whether it is a
     point. `chain` (chords, 4, d): the curve between the points that they were taken from, `room` (chords,) how far the
-    fit may stray from each chord. `closed`: the curve returns to the first place, a point, after `period`. `tangents`:
+    fit may stray from each chord. `closed`: the curve returns to the first place, a point, after `period`. `polyline`:
+    the points are the vertices of the shape, not samples. `tangents`:
     unit directions (d,) of an open curve at its ends, where they are given.
     """
 
@@ -36,6 +37,7 @@ class Targets:
     chain: Array
     room: Array
     closed: bool
+    polyline: bool
     period: float
     tangents: tuple[Array | None, Array | None]
 
@@ -116,6 +118,7 @@ def targets(
     tolerance: float,
     weights: Array,
     closed: bool,
+    polyline: bool,
     tangents: tuple[Array | None, Array | None],
 ) -> Targets:
     """Return the points (n, d) as targets, held to the tolerance; their parameters are the lengths of `chain`.
@@ -134,6 +137,7 @@ def targets(
         chain,
         room,
         closed,
+        polyline,
         float(start[-1]),
         tangents,
     )
@@ -145,18 +149,18 @@ def _parts(chain: Array) -> Array:
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=2))
 
 
-def with_samples(goal: Targets, polyline: bool) -> Targets:
+def with_samples(goal: Targets) -> Targets:
     """Return the targets with lightly weighted samples of the chain where the points say too little.
 
     Those are three on a chord: where the chain bulges by over a quarter of the tolerance, and where a chord is more
-    than three times as long as a neighbour; with `polyline`, where a chord is longer than the tolerance.
+    than three times as long as a neighbour; of a polyline, where a chord is longer than the tolerance.
     """
     tolerance = goal.allowed[0]
     chord = np.linalg.norm(goal.chain[:, 3] - goal.chain[:, 0], axis=1)
     shorter = np.minimum(np.roll(chord, 1), np.roll(chord, -1))
     if not goal.closed:
         shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
-    bent = chord > tolerance if polyline else goal.room - tolerance > 0.25 * BULGE * tolerance
+    bent = chord > tolerance if goal.polyline else goal.room - tolerance > 0.25 * BULGE * tolerance
     chosen = np.flatnonzero(bent | (chord > 3.0 * shorter))
     return sampled(goal, goal.u, np.tile(chosen, len(_FRACTIONS)), np.repeat(_FRACTIONS, len(chosen)))[0]
 
