@@ -188,6 +188,37 @@ def test_order_and_repeats_of_the_parameters_do_not_matter():
     assert np.abs(frames(path, u[-1:]).normals[0] - f.normals[-1]).max() < 1e-3  # the knots alone already carry it
 
 
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("size", [2, 7, 64])
+def test_blocks_of_any_size_give_the_same_frames(monkeypatch, closed, size):
+    """Frames are carried on from block to block; pairs of parameters as near as numbers are stand at their ends too."""
+    flat = cardinal_spline(np.random.default_rng(1).normal(size=(9, 2)), curvature=1.0, closed=closed)
+    steep = cardinal_spline(np.random.default_rng(2).normal(size=(9, 3)) * [1, 1, 9], curvature=1.0, closed=closed)
+    tilted = flat.transformed([[1, 0], [0, 1], [1e-17, -1e-17]])  # whose tangents are up or down by rounding alone
+    for path in (trefoil(60), flat, steep, tilted):
+        u = np.linspace(*path.domain, 101)
+        u = np.sort(np.concatenate([u, np.nextafter(u[:-1], u[-1])]))
+        whole = frames(path, u)
+        with monkeypatch.context() as patch:
+            patch.setattr("cadfit.sweeping.frames._BLOCK", size)
+            parts = frames(path, u)
+        for name in ("origins", "tangents", "normals", "binormals", "lengths"):
+            assert np.abs(getattr(parts, name) - getattr(whole, name)).max() < 1e-11
+        assert parts.holonomy == pytest.approx(whole.holonomy, abs=1e-11)
+        assert parts.error == pytest.approx(whole.error, rel=1e-6, abs=1e-18)
+
+
+def test_more_stations_than_a_block_holds():
+    path = helix(1, 60)
+    u = np.linspace(*path.domain, 30_001)
+    f, g = frames(path, u), frames(path, u[::10_000])
+    assert right_handed(f)
+    assert f.error < 1e-15
+    assert np.abs(f.normals[::10_000] - g.normals).max() < 1e-9
+    assert np.abs(f.origins - path(u)).max() < 1e-13
+    assert f.lengths[-1] == pytest.approx(path.length(), rel=1e-12)
+
+
 @settings(deadline=None, max_examples=60)
 @given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-6, 1.0, 1e6]))
 def test_laws(seed, scale):

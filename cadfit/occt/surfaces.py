@@ -22,7 +22,8 @@ from scipy.interpolate import make_interp_spline
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.joining import join
-from cadfit.sweeping.frames import SLOW, SMOOTH, frames
+from cadfit.sweeping.cubics import SLOW
+from cadfit.sweeping.frames import SMOOTH, frames
 from cadfit.sweeping.stations import breaks, chain
 
 _TURN = 0.02  # radians between stations, about

@@ -1,35 +1,27 @@
 """Rotation-minimizing frames along a path, by double reflection.
 
-Source: Wang, Jüttler, Zheng, Liu, Computation of rotation minimizing frames, ACM Transactions on Graphics 27(1), 2008.
-
-Two reflections make a rotation, and a rotation acts on a spinor by one small product, which is what is computed here.
-A tangent t is written as a spinor, two complex numbers psi with psi^H sigma psi along t; a phase e^(i a) on psi turns
-the frame about t by -2 a, so a spinor is a tangent together with a normal. The paper's double reflection along the
-chord v carries psi to a multiple of psi' with the phase of <psi', (v . sigma) psi>: its second reflection only brings
-in (t' . sigma), which psi' absorbs. So a step's turn can be read off that number whatever phases the two spinors were
-given, all steps are independent, and a cumulative product joins them. With psi = (a, c), normal + i binormal is along
-(a^2 - c^2, i (a^2 + c^2), -2 a c), so a frame is turned by the square of its spinor's phase.
-
-Arrays of vectors are (3, n) here, arrays of spinors (2, n): numpy is quickest along long rows.
+Source: Wang, Jüttler, Zheng, Liu, Computation of rotation minimizing frames, ACM Transactions on Graphics 27(1), 2008;
+`cadfit.sweeping.spinors` says how it is computed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cadfit.bezier import Array
+from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
-
-Complex = NDArray[np.complex128]
+from cadfit.sweeping.cubics import NOISE, SLOW, horner, limits, may_rest, norms, powers
+from cadfit.sweeping.spinors import Complex, across, carried, level, reflected, renamed, running, spinors, turned
 
 SMOOTH = 1e-6  # radians: a smaller break of the tangent is rounding, a larger one is a corner
-SLOW = 1e-9  # of the largest handle: a shorter one is looked at closely, for it may have no direction
 _LEVEL = 1e-6  # the sine of the least angle between a tangent and `up`
-_NOISE = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: what rounding leaves of a difference
+_BLOCK = 8192  # stations whose numbers stay in the cache
+_PLACES = ("origins", "tangents", "normals", "binormals", "lengths")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,10 +44,14 @@ class Frames:
     error: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("origins", "tangents", "normals", "binormals", "lengths"):
+        for name in _PLACES:
             values = getattr(self, name).view()
             values.flags.writeable = False
             object.__setattr__(self, name, values)
+
+    def rows(self, which: Ints) -> Frames:
+        """Return the frames at some of the stations (k,)."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _PLACES})
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -90,51 +86,123 @@ def frames(spline: BSpline, parameters: ArrayLike, up: ArrayLike | None = None) 
     wanted = np.asarray(parameters, dtype=np.float64).reshape(-1)
     if np.isnan(wanted).any():
         raise ValueError("parameters must be numbers, not NaN")
-    u = np.concatenate([path.distinct_knots, wanted])
-    u.sort(kind="stable")
-    u = u[np.concatenate([[True], u[1:] > u[:-1]])]
-    # Between two of these stations the path is one cubic, given by its ends and its Bézier handles there.
-    points, velocities = np.ascontiguousarray(path(u).T), np.ascontiguousarray(path.derivative(u).T)
+    rises = bool((wanted[1:] > wanted[:-1]).all())
+    rising, order = (wanted, None) if rises else np.unique(wanted, return_inverse=True)
+    found = _along(path, rising)
+    if order is not None:
+        found = found.rows(order)
+    return found if up is None else upright(found, up, wanted)
+
+
+def _along(path: BSpline, wanted: Array) -> Frames:
+    """Return the frames at parameters (n,), rising, carried through the path's knots as well."""
+    u, is_wanted = _with_knots(path, wanted)
+    vectors = origins, tangents, normals, binormals = np.empty((4, 3, len(wanted)))
+    lengths = np.empty(len(wanted))
+    ends: list[tuple[Array, Complex, complex]] = []
+    length, error, done = 0.0, 0.0, 0
+    for rows, points, steps in _blocks(path, u):
+        psi = steps.psi
+        # The first station is the last of the block before, where its spinor may have been another.
+        factor = ends[-1][2] * renamed(ends[-1][1], psi[:, 0]) if ends else level(psi[:, 0])
+        factors: Complex = running(np.multiply, factor, steps.turns)
+        along = running(np.add, length, steps.lengths)
+        length, error = along[-1], error + steps.error
+        ends += [(steps.tangents[:, k], psi[:, k], factors[k]) for k in (0, -1)]
+        placed = points, steps.tangents, *across(psi, factors / steps.squares)
+        keep = is_wanted[rows]
+        filled = slice(done, done + int(np.count_nonzero(keep)))
+        for found, out in (along, lengths), *zip(placed, vectors, strict=True):
+            out[..., filled] = found if keep.all() else found[..., keep]
+        done = filled.stop - int(keep[-1])  # which the next block starts with
+    (leaving, first, begun), (arriving, last, factor) = ends[0], ends[-1]
+    angle = 0.0
+    if path.closed and np.linalg.norm(arriving - leaving) <= SMOOTH:
+        angle = -float(np.angle(factor * renamed(last, first) / begun))
+        for start in range(0, len(wanted), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            turns = angle / length * lengths[rows]
+            normals[:, rows], binormals[:, rows] = turned(normals[:, rows], binormals[:, rows], turns)
+    return Frames(origins.T, tangents.T, normals.T, binormals.T, lengths, angle, error)
+
+
+def _with_knots(path: BSpline, wanted: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return parameters, rising, with the path's knots put between them, and whether each was wanted."""
+    knots = path.distinct_knots
+    places = np.searchsorted(wanted, knots)
+    added = np.append(wanted, np.inf)[places] != knots
+    u = np.insert(wanted, places[added], knots[added])
+    path(u[[0, -1]])  # refuses what is outside
+    return u, np.insert(np.ones(len(wanted), dtype=bool), places[added], False)
+
+
+def _blocks(path: BSpline, u: Array) -> Iterator[tuple[slice, Array, _Steps]]:
+    """Yield the rows of stations u (n,) that stay in the cache together, their places (3, k), and the steps there.
+
+    The last row of one is the first of the next. Where the path may stand still, what comes long before and after
+    tells its direction, so there all rows are one block.
+    """
+    knots = path.distinct_knots
+    starts = np.searchsorted(u, knots[:-1])
+    owner = np.repeat(np.arange(len(starts)), np.diff([*starts, len(u)]))
+    poles = path.pieces().transpose(1, 2, 0)
+    legs, widths = poles[1:] - poles[:-1], knots[1:] - knots[:-1]
+    coefficients = powers(poles[0], legs)
+    size = len(u) if len(u) <= _BLOCK or may_rest(legs / widths) else _BLOCK
+    for start in range(0, len(u) - 1, size):
+        rows = slice(start, start + size + 1)
+        mine = owner[rows]
+        points, velocities = horner(coefficients.take(mine, axis=2), (u[rows] - knots[mine]) / widths[mine])
+        yield rows, points, _steps(points, velocities / widths[mine], u[rows])
+
+
+class _Steps(NamedTuple):
+    """Stations on a path, and the steps between them.
+
+    Unit `tangents` (3, n), spinors `psi` (2, n) along them and the squares (n,) of their lengths; factors `turns`
+    (n - 1,) that carry the frames on, `lengths` (n - 1,), and the angle by which the turns together may be off.
+    """
+
+    tangents: Array
+    psi: Complex
+    squares: Array
+    turns: Complex
+    lengths: Array
+    error: float
+
+
+def _steps(points: Array, velocities: Array, u: Array) -> _Steps:
+    """Return the steps between places (3, n) at parameters u (n,), between two of which the path is one cubic."""
     thirds = (u[1:] - u[:-1]) / 3.0
-    leaving, arriving = thirds * velocities[:, :-1], thirds * velocities[:, 1:]
+    leaving, arriving = thirds * velocities[:, :-1], thirds * velocities[:, 1:]  # its Bézier handles there
     chords = points[:, 1:] - points[:, :-1]
     tops = 0.5 * chords - 0.25 * (leaving + arriving)  # a third of the velocity halfway, as the handles are at the ends
-    lengths = running(np.add, 0.0, 0.5 * (norms(leaving) + norms(arriving)) + 2.0 * norms(tops))
-
-    directions = np.concatenate([leaving, arriving[:, -1:]], axis=1)
     bulge = 0.375 * (leaving - arriving)  # of the halfway point over the middle of the chord
     halves = 0.5 * chords + bulge, 0.5 * chords - bulge
-    speeds = norms(directions)
-    if speeds.min() <= SLOW * speeds.max():
-        directions = limits(leaving, arriving, chords, points)
-        speeds = norms(directions)
+    speeds, sizes = norms(velocities), norms(tops)
+    handles = thirds * speeds[:-1], thirds * speeds[1:]
+    lengths = 0.5 * (handles[0] + handles[1]) + 2.0 * sizes
+    if min(handles[0].min(), handles[1][-1]) <= SLOW * handles[0].max():
+        velocities = limits(leaving, arriving, chords, points)
+        speeds = norms(velocities)
         # A chord hardly longer than its rounding has no direction to reflect in, nor a way through the middle.
-        short = norms(chords) <= 1e3 * _NOISE * np.abs(points).max()
-        chords[:, short] = tops[:, short] = 0.0
-    psi, squares = spinors(directions, speeds)
-    middle, _ = spinors(tops, norms(tops))
+        short = norms(chords) <= 1e3 * NOISE * np.abs(points).max()
+        chords[:, short] = tops[:, short] = sizes[short] = 0.0
+    tangents = velocities / speeds
+    psi, squares = spinors(tangents, 1.0)
+    middle, _ = spinors(tops, sizes)
     start, end = psi[:, :-1], psi[:, 1:]
     whole = carried(start, chords, end)
-    twice = _reflected(start, halves[0], middle) * _reflected(middle, halves[1], end)
+    twice = reflected(start, halves[0], middle) * reflected(middle, halves[1], end)
     twice = np.where(twice == 0.0, whole, twice)
     # One step's phase is off by c h^5, that of two half steps by c h^5 / 16: Richardson gives 16 / 15 of the one less
     # 1 / 15 of the other, which for phases as near as these is the direction of this sum.
-    twice /= np.abs(twice)
-    whole /= np.abs(whole)
-    tangents = directions / speeds
+    twice *= 1.0 / np.abs(twice)
+    whole *= 1.0 / np.abs(whole)
     bends = tangents[:, 1:] - tangents[:, :-1]
     error = 2.0 / 15.0 * float(np.einsum("n,dn,dn->", np.abs(twice - whole), bends, bends))
-    phases = transported(psi, 16.0 * twice - whole)
-    angle = 0.0
-    if path.closed and norms(tangents[:, :1] - tangents[:, -1:]) <= SMOOTH:
-        angle = holonomy(psi, phases)
-        phases *= np.exp(1j * angle / lengths[-1] * lengths)
-    a, c = psi
-    across = np.stack([a * a - c * c, 1j * (a * a + c * c), -2.0 * a * c]) * (phases / squares)
-    at = np.searchsorted(u, wanted)
-    origins, along, normals, binormals = (rows.T[at] for rows in (points, tangents, across.real, across.imag))
-    found = Frames(origins, along, normals, binormals, lengths[at], angle, error)
-    return found if up is None else upright(found, up, wanted)
+    steps = 16.0 * twice - whole
+    return _Steps(tangents, psi, squares, steps / steps.conj(), lengths, error)
 
 
 def upright(along: Frames, up: ArrayLike, parameters: Array) -> Frames:
@@ -180,119 +248,3 @@ def lifted(spline: BSpline) -> BSpline:
     if d not in (2, 3):
         raise ValueError(f"the path must have 2 or 3 dimensions, not {d}")
     return spline if d == 3 else spline.transformed(np.eye(3, 2))
-
-
-def norms(vectors: Array) -> Array:
-    """Return the lengths (n,) of vectors (3, n)."""
-    return np.asarray(np.sqrt(np.einsum("dn,dn->n", vectors, vectors)))
-
-
-def running(combine: np.ufunc, first: complex, steps: NDArray[Any]) -> NDArray[Any]:
-    """Return the running sum or product of the steps, with its first value before them.
-
-    >>> running(np.add, 1.0, np.array([2.0, 3.0]))
-    array([1., 3., 6.])
-    """
-    out = np.empty(len(steps) + 1, dtype=steps.dtype)
-    out[0] = first
-    out[1:] = steps
-    combine.accumulate(out, out=out)
-    return out
-
-
-def spinors(directions: Array, sizes: Array | float) -> tuple[Complex, Array]:
-    """Return a spinor (2, n) along each direction (3, n) of the given size, and the squares (n,) of their lengths.
-
-    A spinor's own length and phase are arbitrary. Of the two usual forms the one that does not vanish near its own
-    pole is taken.
-    """
-    tall: Array = sizes + np.abs(directions[2])
-    psi = np.empty((2, directions.shape[1]), dtype=np.complex128)
-    psi[0] = tall
-    psi.real[1], psi.imag[1] = directions[:2]
-    down = directions[2] < 0.0
-    if down.any():
-        np.copyto(psi, psi[::-1].conj(), where=down)
-    return psi, 2.0 * sizes * tall
-
-
-def carried(start: Complex, along: Array, end: Complex) -> Complex:
-    """Return numbers (m,), never zero, whose phases are those of the steps from spinors to the next, along chords.
-
-    Where there is nothing to reflect in (a chord of no length, a tangent that turns straight back) the spinor is
-    carried along the great circle.
-    """
-    out = _reflected(start, along, end)
-    if not out.all():
-        direct = np.einsum("kn,kn->n", end.conj(), start)
-        direct[direct == 0.0] = 1.0
-        out = np.where(out == 0.0, direct, out)
-    return out
-
-
-def _reflected(start: Complex, along: Array, end: Complex) -> Complex:
-    """Return <end, (along . sigma) start> (m,): double reflection along a chord."""
-    flat = np.empty(along.shape[1], dtype=np.complex128)
-    flat.real, flat.imag = along[:2]
-    back = end.conj()
-    out: Complex = back[0] * start[0]
-    out -= back[1] * start[1]
-    out *= along[2]
-    back *= start[::-1]
-    back[1] *= flat
-    back[0] *= flat.conj()
-    out += back[0]
-    out += back[1]
-    return out
-
-
-def transported(psi: Complex, steps: Complex) -> Complex:
-    """Return the factors (n,) of length 1 that turn the frame of each spinor into the transported one.
-
-    `steps` (n - 1,) are numbers with the phases of the steps. The first normal is horizontal (see `frames`).
-    """
-    a, c = psi[:, 0].tolist()
-    up = -2.0 * a * c  # normal + i binormal, upward
-    if abs(up) < 0.4 * (abs(a) ** 2 + abs(c) ** 2):
-        up = 1j * (a * a + c * c)
-    return running(np.multiply, 1j * abs(up) / up, steps / steps.conj())
-
-
-def holonomy(psi: Complex, factors: Complex) -> float:
-    """Return the angle, about the tangent, by which the last frame is short of the first; their tangents are one."""
-    seam = complex(np.vdot(psi[:, 0], psi[:, -1]))
-    return -float(np.angle(factors[-1] / factors[0] * seam * seam))
-
-
-def limits(leaving: Array, arriving: Array, chords: Array, points: Array) -> Array:
-    """Return the directions (3, m + 1) of the ends of Bézier pieces, the limit where the path stands still.
-
-    `leaving` and `arriving` (3, m) are the handles, P1 - P0 and P3 - P2 of each piece, `chords` P3 - P0, `points`
-    (3, m + 1) the ends. The direction in which a piece leaves its start is that of the first pole that is not there,
-    the second, the third or the last. An end whose next piece is one point has the direction in which the path
-    arrives, and where that is a point as well, that of the end before it, or of the first to have one.
-    """
-    noise = _NOISE * np.abs(points).max()
-    out = np.zeros_like(points)
-    out[:, 1:] = first_moving(arriving, chords - leaving, chords, noise)
-    ahead = first_moving(leaving, chords - arriving, chords, noise)
-    np.copyto(out[:, :-1], ahead, where=ahead.any(axis=0))
-    known = out.any(axis=0)
-    if not known.any():
-        raise ValueError("the path never moves: all its poles are one point")
-    last = np.maximum.accumulate(np.where(known, np.arange(len(out.T)), np.argmax(known)))
-    return np.asarray(out[:, last])
-
-
-def first_moving(first: Array, second: Array, third: Array, noise: float = 0.0) -> Array:
-    """Return the first of three vectors that is not zero up to rounding, of each n of them; zero when all are noise.
-
-    >>> first_moving(np.zeros((3, 1)), np.array([[1e-20], [0], [0]]), np.array([[0], [2.0], [0]])).ravel()
-    array([0., 2., 0.])
-    """
-    vectors = np.stack([first, second, third])
-    sizes = np.sqrt(np.einsum("kdn,kdn->kn", vectors, vectors))
-    longest = sizes.max(axis=0)
-    moving = (sizes > 1e-12 * longest) & (longest > noise)
-    chosen = vectors[moving.argmax(axis=0), :, np.arange(first.shape[1])].T
-    return np.where(moving.any(axis=0), chosen, 0.0)

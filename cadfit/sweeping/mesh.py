@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.sweeping.frames import Complex, carried, holonomy, running, spinors, transported
+from cadfit.sweeping.spinors import Complex, carried, renamed, running, spinors, transported
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -39,7 +39,8 @@ def around(points: Array, tangents: Array, closed: bool, radius: float, sides: i
     psi, sizes = spinors(tangents, 1.0)
     factors = transported(psi, carried(psi[:, :-1], chords, psi[:, 1:]))
     if closed:
-        twist = holonomy(psi, factors) / lengths.sum()
+        missed = factors[-1] / factors[0] * renamed(psi[:, -1], psi[:, 0])
+        twist = -float(np.angle(missed)) / lengths.sum()
         factors *= np.exp(1j * twist * running(np.add, 0.0, lengths))
         # Twisted by an angle d a step, the diagonals of the walls cut in (or bulge), and the section halfway, and
         # with it the volume (the prismatoid formula), change by a part of -tan(pi / sides) d / 3.

@@ -10,7 +10,7 @@ import numpy as np
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.joining import join, polyline
-from cadfit.sweeping.frames import norms
+from cadfit.sweeping.cubics import norms
 from cadfit.sweeping.stations import breaks, chain, stationed
 
 _NODES, _WEIGHTS = (0.5 * rule for rule in np.polynomial.legendre.leggauss(6))

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
-from cadfit.sweeping.frames import SLOW, SMOOTH, first_moving, limits, norms
+from cadfit.sweeping.cubics import SLOW, first_moving, horner, limits, norms, powers
+from cadfit.sweeping.frames import SMOOTH
 
 STEEPEST = np.pi / 4  # the most a ring may turn against the next, radians
 _FEW = 6  # a part that needs no more rings than this is given them at once
@@ -278,27 +279,14 @@ def _crowded(parts: Chain, counts: Array, tolerance: float, most: int) -> ValueE
 def _placed(parts: Chain, counts: Ints) -> tuple[Array, Array]:
     """Return the points and the unit tangents where so many rings a part stand, and at the end."""
     owner, t = _shared(counts, ends=1)
-    d0, d1, d2 = parts.legs
-    bend = d1 - d0
-    powers = np.stack([parts.origins, 3.0 * d0, 3.0 * bend, d2 - d1 - bend])
-    # Horner's rule for the value and the derivative in one, in place.
-    points, line, square, velocities = powers.take(owner, axis=2)
-    velocities *= t
-    square += velocities
-    velocities += square
-    square *= t
-    line += square
-    velocities *= t
-    velocities += line
-    line *= t
-    points += line
+    points, velocities = horner(powers(parts.origins, parts.legs).take(owner, axis=2), t)
     speeds = norms(velocities)
     if speeds.min() <= SLOW * speeds.max():
         steps, ends = owner[:-1], t[1:] == 0.0
         ends[-1] = True
         share = 1.0 / counts[steps]
         leaving = share / 3.0 * velocities[:, :-1]
-        arriving = share * np.where(ends, d2[:, steps], velocities[:, 1:] / 3.0)
+        arriving = share * np.where(ends, parts.legs[2][:, steps], velocities[:, 1:] / 3.0)
         velocities = limits(leaving, arriving, points[:, 1:] - points[:, :-1], points)
         speeds = norms(velocities)
     velocities /= speeds
