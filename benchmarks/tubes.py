@@ -14,8 +14,9 @@ import trimesh
 
 import cadfit
 from cadfit.bezier import Array
+from cadfit.sweeping.chain import chain
 from cadfit.sweeping.mesh import around, disc
-from cadfit.sweeping.stations import chain, stationed
+from cadfit.sweeping.stations import stationed
 
 from timing import interleaved
 

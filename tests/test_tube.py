@@ -14,8 +14,9 @@ from scipy.spatial import cKDTree
 
 import cadfit
 from cadfit import BSpline, cardinal_spline, frames, tube
+from cadfit.sweeping.chain import chain, tightest
 from cadfit.sweeping.mesh import around, disc, tube_faces
-from cadfit.sweeping.stations import chain, stationed, tightest
+from cadfit.sweeping.stations import stationed
 
 KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
 

@@ -19,10 +19,10 @@ from cadfit.occt.kernel import CONFUSION, KernelError, building
 from cadfit.occt.profiles import arcs, circle
 from cadfit.occt.surfaces import Spine, rail, spine
 from cadfit.stages import Progress, portion
+from cadfit.sweeping.chain import chain, tightest
 from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile
 from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError
-from cadfit.sweeping.stations import chain, tightest
 from cadfit.sweeping.sweep import path_of, positive, sweep
 from cadfit.sweeping.tube import tube
 

@@ -22,9 +22,9 @@ from scipy.interpolate import make_interp_spline
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.joining import join
+from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.cubics import SLOW
 from cadfit.sweeping.frames import SMOOTH, frames
-from cadfit.sweeping.stations import breaks, chain
 
 _TURN = 0.02  # radians between stations, about
 _FEWEST = 256  # stations on a stretch

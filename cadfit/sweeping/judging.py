@@ -6,10 +6,10 @@ import numpy as np
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
+from cadfit.sweeping.chain import Chain, tightest
 from cadfit.sweeping.rings import Rings, Short
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing, touching
-from cadfit.sweeping.stations import Chain, tightest
 
 _WINDOW = 200  # samples to either side when the nearest places of two parts are looked for
 

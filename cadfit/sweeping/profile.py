@@ -10,8 +10,9 @@ import numpy as np
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.joining import join, polyline
+from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.cubics import norms
-from cadfit.sweeping.stations import breaks, chain, stationed
+from cadfit.sweeping.stations import stationed
 
 _NODES, _WEIGHTS = (0.5 * rule for rule in np.polynomial.legendre.leggauss(6))
 _MOST_CHECKED = 3000  # corners: all pairs of edges are looked at up to here

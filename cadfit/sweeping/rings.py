@@ -9,13 +9,14 @@ import numpy as np
 
 from cadfit.bezier import Array, distance_to_segment
 from cadfit.bspline import BSpline
+from cadfit.sweeping.chain import chain
 from cadfit.sweeping.corners import mitre, overtaken, pivoted
 from cadfit.sweeping.course import Course
 from cadfit.sweeping.frames import Frames
 from cadfit.sweeping.laws import is_constant
 from cadfit.sweeping.mesh import swelling
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.stations import chain, most_rings, station_parameters
+from cadfit.sweeping.stations import most_rings, station_parameters
 
 _ROUNDS = 12  # of looking at the chords and cutting those that stray
 _FEW = 24  # fibres that are looked at

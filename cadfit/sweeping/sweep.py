@@ -16,6 +16,7 @@ from cadfit.bspline import BSpline
 from cadfit.joining import join
 from cadfit.stages import Progress, portion, unheard
 from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
+from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
 from cadfit.sweeping.frames import lifted
@@ -27,7 +28,6 @@ from cadfit.sweeping.repair import united
 from cadfit.sweeping.rings import Rings, Short, placed
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError, SelfIntersectionWarning
-from cadfit.sweeping.stations import breaks, chain
 from cadfit.sweeping.texture import ATTRIBUTE, dome_texture, wall_texture
 from cadfit.sweeping.volume import grown, volume
 

@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from cadfit.bspline import BSpline
 from cadfit.stages import Progress, rising
+from cadfit.sweeping.chain import breaks, chain, tightest
 from cadfit.sweeping.judging import nearest_parts
 from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.mesh import around, disc, sides_for
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing, near_parts, touching
-from cadfit.sweeping.stations import breaks, chain, most_rings, stationed, tightest
+from cadfit.sweeping.stations import most_rings, stationed
 from cadfit.sweeping.sweep import Caps, OnSelfIntersection, Wanted, path_of, positive, swept
 
 if TYPE_CHECKING:
