@@ -139,7 +139,7 @@ def _pieces(path: BSpline, reach: float) -> tuple[list[BSpline], tuple[float, fl
     """Return the path cut where a row of faces ends, and the parameter beyond which they run on, less the period."""
     low, high = path.domain
     crowded = path.distinct_knots[1:-1][path.multiplicities[1:-1] > 1]
-    corners = breaks(chain(path), path.closed)[0]
+    corners = breaks(path, chain(path))[0]
     cuts = {float(u) for u in crowded if _jumps(path, float(u), float(u), reach)} | set(
         corners[corners < high].tolist()
     )

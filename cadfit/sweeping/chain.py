@@ -87,15 +87,20 @@ def tightest(whole: Chain, limit: float) -> tuple[float, float]:
     return where, (np.inf if np.isnan(where) else 1.0 / sharpest)
 
 
-def breaks(whole: Chain, closed: bool) -> tuple[Array, Array]:
+def breaks(path: BSpline, whole: Chain) -> tuple[Array, Array]:
     """Return the parameters and the angles (radians) of the joints where a path's tangent breaks, the seam's too.
 
-    At a triple knot that is a corner; elsewhere the path has come to rest there and turns on the spot, a cusp.
+    At a triple knot that is a corner; elsewhere the path has come to rest there and turns on the spot, a cusp. `whole`
+    is the path's chain.
 
     >>> bent = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0], [3, 2, 0], [3, 3, 0]]
-    >>> breaks(chain(BSpline(bent, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2])), closed=False)
+    >>> path = BSpline(bent, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2])
+    >>> breaks(path, chain(path))
     (array([1.]), array([1.57079633]))
     """
+    closed, handles = path.closed, _dots(whole.legs[::2], whole.legs[::2])
+    if not closed and handles.min() > SLOW * handles.max() and (path.knots[6:-4] > path.knots[4:-6]).all():
+        return np.empty(0), np.empty(0)  # without a triple knot, and at rest nowhere
     first, _, last = whole.legs
     following = np.concatenate([first[:, 1:], first[:, :1]], axis=1)
     cosines = _dots(last, following)

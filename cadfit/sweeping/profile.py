@@ -99,7 +99,7 @@ def _polygon(loop: BSpline, tolerance: float, area: float) -> Array:
     solid = loop.transformed(np.eye(3, 2))
     whole = chain(solid)
     points, tangents = (rows[:2, :-1] for rows in stationed(whole, 1e-6 * tolerance, 1.5 * tolerance))
-    corners = breaks(whole, closed=True)[0]
+    corners = breaks(solid, whole)[0]
     smooth = np.ones(points.shape[1], dtype=bool)
     if len(corners):
         apart = points[:, :, None] - loop(np.where(corners == loop.knots[-1], loop.knots[0], corners)).T[:, None]

@@ -75,10 +75,10 @@ def _divided(whole: Chain, radius: float, tolerance: float, most: int) -> tuple[
             raise _crowded(todo, counts, tolerance, most)
         # A part that does not bend evenly gets more rings than it needs: it is cut and looked at again, unless they are
         # few, its own or among all.
-        uneven = counts > _FEW
-        if uneven.any():
+        uneven, enough = counts > _FEW, _SPARE * (total + counts.sum())
+        if counts[uneven].sum() > enough or enough == np.inf:
             uneven &= todo.curvatures > 1.5 * end_bends(todo).min(axis=0)
-        if counts[uneven].sum() <= _SPARE * (total + counts.sum()) < np.inf:
+        if counts[uneven].sum() <= enough < np.inf:
             done.append((todo, counts))
             break
         done.append((todo[~uneven], counts[~uneven]))

@@ -150,7 +150,7 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     wanted.check(path, section.reach)
     share = _SHARE * wanted.tolerance
     whole = chain(path)
-    corners, angles = breaks(whole, path.closed)
+    corners, angles = breaks(path, whole)
     joints = [Joint(float(u), bool(angle <= SHARPEST)) for u, angle in zip(corners, angles, strict=True)]
     axis = None if up is None else np.asarray(up, dtype=np.float64)
     course = course_of(path, joints, axis)

@@ -92,7 +92,7 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     """
     wanted.check(path, radius)
     whole = chain(path)
-    if len(breaks(whole, path.closed)[0]):
+    if len(breaks(path, whole)[0]):
         return None
     u, bend = tightest(whole, radius)
     u = min(u, path.domain[1])  # a bend at the very end may be rounded beyond it
