@@ -1,11 +1,13 @@
 """Sweeps that would pass through themselves: said where, and repaired, counted by an independent test."""
 
+import warnings
+
 import numpy as np
 import pytest
 import trimesh
 
 from cadfit import BSpline, Profile, cardinal_spline, local_spline, polyline, sweep, tube
-from cadfit.sweeping import selfintersection
+from cadfit.sweeping import touching
 from cadfit.sweeping.selfintersection import SelfIntersectionError, SelfIntersectionWarning
 
 from selfcrossing import crossing_faces
@@ -147,6 +149,43 @@ def test_flat_ribbons_may_lie_side_by_side():
         sweep(spiral, 4 * np.array(ribbon), on_self_intersection="raise")
 
 
+def said_and_seen(call):
+    """Whether a sweep is said to pass through itself, and whether faces of its mesh do."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mesh = call()
+    return bool(said), crossing_faces(mesh) > 0
+
+
+@pytest.mark.parametrize("caps", ["flat", "round"])
+@pytest.mark.parametrize("gap", [0.8, 0.99, 1.01, 1.5, 1.9, 2.01])
+def test_an_end_that_comes_near_a_wall(caps, gap):
+    """A flat end meets a wall of radius 1 at a distance of 1, a round one at 2."""
+    path = polyline([[0, -6, 0], [0, 6, 0], [6, 6, 0], [6, 0, 0], [gap, 0, 0]])
+    meets = gap < (1.0 if caps == "flat" else 2.0)
+    assert said_and_seen(lambda: tube(path, 1.0, caps=caps)) == (meets, meets)
+
+
+@pytest.mark.parametrize("x", [1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
+def test_the_tip_of_a_mitre_that_comes_near_a_wall(x):
+    """It reaches farther from the path than the profile does."""
+    path = polyline([[0, -8, 0], [0, 8, 0], [10, 8, 0], [10, 3, 0], [x, 0, 0], [10, -3, 0]])
+    said, seen = said_and_seen(lambda: tube(path, 1.0))
+    assert said == seen == (x <= 3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [-3e-3, -1e-3, 3e-4, 1e-3, 3e-3])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_touching_by_a_thousandth(share, tolerance):
+    """What is said is what the mesh does, however near to touching; and that, up to the tolerance, is right."""
+    radius = (1.0 + share) * 0.49933  # half of the distance of the turns
+    said, seen = said_and_seen(lambda: tube(loop(), radius, tolerance * radius))
+    assert said == seen
+    if abs(share) > 2.0 * tolerance:
+        assert said == (share > 0.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_random_paths(seed):
@@ -167,8 +206,8 @@ def test_random_paths(seed):
 def test_a_path_that_crowds_is_still_said_to_touch_itself(monkeypatch):
     path = local_spline(np.random.default_rng(3).normal(size=(120, 3)))
     places = path(np.linspace(*path.domain, 3_000))
-    everything = len(selfintersection._pairs(places, 1.0))
-    monkeypatch.setattr(selfintersection, "_MOST_PAIRS", 20_000)
+    everything = len(touching._pairs(places, 1.0))
+    monkeypatch.setattr(touching, "_MOST_PAIRS", 20_000)
     assert everything > 200_000
-    assert 3_000 < len(selfintersection._pairs(places, 1.0)) < 40_000
+    assert 3_000 < len(touching._pairs(places, 1.0)) < 40_000
     assert said_of(path, 0.02)[-1].kind == "near"

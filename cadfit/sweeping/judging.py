@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cadfit.bezier import Array
@@ -9,17 +11,25 @@ from cadfit.bspline import BSpline
 from cadfit.sweeping.chain import Chain, tightest
 from cadfit.sweeping.rings import Rings, Short
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.selfintersection import Crossing, touching
+from cadfit.sweeping.selfintersection import Crossing
+from cadfit.sweeping.touching import touching
 
 _WINDOW = 200  # samples to either side when the nearest places of two parts are looked for
 
 
 def crossings(
-    path: BSpline, whole: Chain, cusps: Array, rings: Rings, section: Section, short: list[Short]
+    path: BSpline,
+    whole: Chain,
+    cusps: Array,
+    rings: Rings,
+    lids: Sequence[Array],
+    section: Section,
+    short: list[Short],
 ) -> list[Crossing]:
     """Return where a sweep passes through itself: each kind, the worst place of each first.
 
-    `cusps` are the parameters where the path turns back, `short` the legs without room for their mitres.
+    `cusps` are the parameters where the path turns back, `lids` the triangles (t, 3, 3) of the caps at the start and
+    the end, `short` the legs without room for their mitres.
     """
     reach = section.reach
     outline = rings.points[:, : len(section.loops[0])]
@@ -30,10 +40,12 @@ def crossings(
         Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
         for leg in sorted(short, key=lambda leg: leg.factor)
     ]
-    pairs = touching(outline, rings.centres, rings.tangents, path.closed, reach)
-    if pairs:
-        sizes = [np.linalg.norm(arms[k], axis=1).max() for k in pairs[0]]
-        found.append(nearest_parts(path, rings.centres, float(max(sizes)), *pairs[0]))
+    walls, centres, tangents = outline, rings.centres, rings.tangents
+    if path.closed:
+        walls, centres, tangents = (np.concatenate([rows, rows[:1]]) for rows in (walls, centres, tangents))
+    if both := touching(walls, lids, centres.T, tangents.T, path.closed):
+        sizes = [np.linalg.norm(arms[k % len(arms)], axis=1).max() for k in both]
+        found.append(nearest_parts(path, centres, float(max(sizes)), *both))
     return found
 
 

@@ -156,7 +156,9 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     course = course_of(path, joints, axis)
     section, rings, short = _untwisted(course, section, wanted.tolerance)
     wanted.progress(0.4)
-    found = crossings(path, whole, corners[angles > SHARPEST], rings, section, short)
+    lids = [] if path.closed else _lids(rings, section, wanted.caps, share)
+    ends = [np.concatenate([rings.points[k], over])[faces] for k, (over, faces) in zip((0, -1), lids, strict=False)]
+    found = crossings(path, whole, corners[angles > SHARPEST], rings, ends or [np.empty((0, 3, 3))] * 2, section, short)
     wanted.tell(found)
     wanted.progress(0.6)
     if short:  # where a mitre has no room, the profile turns on the spot
@@ -173,10 +175,10 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
         wanted.progress(1.0)
         return mesh
     wanted.progress(0.8)
-    vertices, faces, lids = _surface(rings, section, path.closed, wanted.caps, share)
-    mesh = Trimesh(vertices, faces, process=False)
+    lids = [] if path.closed else _lids(rings, section, wanted.caps, share)
+    mesh = Trimesh(*_surface(rings, section, path.closed, lids), process=False)
     if wanted.texture:
-        mesh.face_attributes[ATTRIBUTE] = _texture(rings, section, course, wanted.caps, lids)
+        mesh.face_attributes[ATTRIBUTE] = _texture(rings, section, course, wanted.caps, [len(over) for over, _ in lids])
     wanted.progress(1.0)
     return mesh
 
@@ -190,7 +192,9 @@ def _without(joints: list[Joint], short: list[Short], path: BSpline) -> list[Joi
 
 def _grown(rings: Rings, section: Section, course: Course, tolerance: float) -> Rings:
     """Return the rings a little larger or smaller, so that the volume is the exact one."""
-    faces = _walls(rings, section, course.closed, "flat")
+    _, faces = _surface(
+        rings, section, course.closed, [] if course.closed else _lids(rings, section, "flat", tolerance)
+    )
     most = _GROWTH * tolerance / (section.outside * section.reach)
     exact = volume(course, section, rings.parameters)
     return replace(rings, points=grown(rings.points, rings.centres, faces, exact, most))
@@ -239,19 +243,27 @@ def _cut_edges(loop: Array, counts: Ints) -> Array:
     return np.asarray(loop[owner] + t[:, None] * (np.roll(loop, -1, axis=0) - loop)[owner])
 
 
-def _surface(
-    rings: Rings, section: Section, closed: bool, caps: Caps, tolerance: float
-) -> tuple[Array, Ints, list[int]]:
-    """Return the vertices, the triangles of the walls and the caps, and how many vertices each round cap adds."""
+def _lids(rings: Rings, section: Section, caps: Caps, tolerance: float) -> list[tuple[Array, Ints]]:
+    """Return the caps at the start and the end, if any: points (m, 3) beyond the ring's k, and triangles over all."""
+    lids, k = [], rings.points.shape[1]
+    for end, way in ((0, -1), (-1, 1)):
+        if caps == "round":
+            over = dome(rings.points[end], rings.centres[end], way * rings.tangents[end], tolerance)
+            lids.append((over, dome_walls(0, k, k, len(over))[:, ::way]))
+        elif caps == "flat":
+            (corners,) = section.at(rings.parameters[[end]])
+            lids.append((np.empty((0, 3)), flat_cap(section.parted(corners))[:, ::way]))
+    return lids
+
+
+def _surface(rings: Rings, section: Section, closed: bool, lids: list[tuple[Array, Ints]]) -> tuple[Array, Ints]:
+    """Return the vertices and the triangles of the walls and the caps."""
     n, k = rings.points.shape[:2]
-    vertices, faces = [rings.points.reshape(-1, 3)], [_walls(rings, section, closed, caps)]
-    if not closed and caps == "round":
-        for end, outward in ((0, -1.0), (-1, 1.0)):
-            over = dome(rings.points[end], rings.centres[end], outward * rings.tangents[end], tolerance)
-            lid = dome_walls((n - 1) * k * (end == -1), k, sum(map(len, vertices)), len(over))
-            vertices.append(over)
-            faces.append(lid if end == -1 else lid[:, ::-1])
-    return np.concatenate(vertices), np.concatenate(faces), list(map(len, vertices[1:]))
+    vertices, faces = [rings.points.reshape(-1, 3)], [walls(n, [len(loop) for loop in section.loops], closed)]
+    for first, (over, lid) in zip((0, (n - 1) * k), lids, strict=False):
+        faces.append(lid + np.where(lid < k, first, sum(map(len, vertices)) - k))
+        vertices.append(over)
+    return np.concatenate(vertices), np.concatenate(faces)
 
 
 def _texture(rings: Rings, section: Section, course: Course, caps: Caps, lids: list[int]) -> Array:
@@ -263,19 +275,9 @@ def _texture(rings: Rings, section: Section, course: Course, caps: Caps, lids: l
         for k, way in ((0, -1), (-1, 1)):
             flat = section.at(rings.parameters[[k]])[0]
             parts.append(flat[flat_cap(section.parted(flat))[:, ::way]])
-    for points, length, way in zip(lids, (0.0, total), (-1, 1), strict=False):
+    for points, length, way in zip(lids, (0.0, total), (-1, 1), strict=False) if caps == "round" else ():
         parts.append(dome_texture(length, way, section.reach, loops[0], points)[:, ::way])
     return np.concatenate(parts)
-
-
-def _walls(rings: Rings, section: Section, closed: bool, caps: Caps) -> Ints:
-    """Return the triangles of the walls, and of flat caps where such are wanted."""
-    n, k = rings.points.shape[:2]
-    faces = [walls(n, [len(loop) for loop in section.loops], closed)]
-    if not closed and caps == "flat":
-        first, last = (flat_cap(section.parted(end)) for end in section.at(rings.parameters[[0, -1]]))
-        faces += [first[:, ::-1], last + k * (n - 1)]
-    return np.concatenate(faces)
 
 
 def _check_section(path: BSpline, section: Section) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.stages import Progress, rising
 from cadfit.sweeping.chain import breaks, chain, tightest
@@ -15,9 +16,10 @@ from cadfit.sweeping.judging import nearest_parts
 from cadfit.sweeping.laws import Law, is_number, largest, law_of, smallest
 from cadfit.sweeping.mesh import around, disc, sides_for
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.selfintersection import Crossing, near_parts, touching
+from cadfit.sweeping.selfintersection import Crossing
 from cadfit.sweeping.stations import most_rings, stationed
 from cadfit.sweeping.sweep import Caps, OnSelfIntersection, Wanted, path_of, positive, swept
+from cadfit.sweeping.touching import near_parts, touching
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -101,16 +103,27 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     wanted.progress(0.3)
     mesh = around(points, tangents, path.closed, radius, sides, 0.5 * wanted.tolerance)
     wanted.progress(0.6)
-    centres, ways = (rows.T[: len(rows.T) - path.closed] for rows in (points, tangents))
-    if len(near_parts(centres, ways, path.closed, radius)):
-        rings = np.asarray(mesh.vertices).reshape(-1, sides, 3)
-        pairs = touching(rings, centres, ways, path.closed, radius)
-        found += [nearest_parts(path, centres, radius, *pairs[0])] if pairs else []
+    # Near is what is nearer than the corners of the rings reach, which are within the tolerance of the radius.
+    if len(near_parts(points, tangents, path.closed, radius + wanted.tolerance)):
+        found += _touching(path, mesh, points, tangents, radius, sides)
     if found and wanted.on_self_intersection == "repair":
         return None
     wanted.tell(found)
     wanted.progress(1.0)
     return mesh
+
+
+def _touching(
+    path: BSpline, mesh: Trimesh, points: Array, tangents: Array, radius: float, sides: int
+) -> list[Crossing]:
+    """Return the crossing, if any, of distant parts of a plain tube with rings at points (3, n) on the path."""
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    rings = vertices.reshape(-1, sides, 3)
+    caps = vertices[faces[2 * sides * (len(rings) - 1) :]]
+    if path.closed:
+        rings, caps = np.concatenate([rings, rings[:1]]), caps[:0]
+    both = touching(rings, np.split(caps, 2), points, tangents, path.closed)
+    return [nearest_parts(path, points.T, radius, *both)] if both else []
 
 
 def _sides(sides: int | None, radius: float, tolerance: float) -> int:
