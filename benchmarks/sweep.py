@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -56,52 +56,50 @@ class Case:
     straight: bool = False
 
 
-def cases() -> dict[str, Case]:
-    """Return the hard paths by name."""
+NAMES = ("helix", "trefoil", "vertical S", "inflection", "corner", "cusp", "tight bend")
 
-    def sampled(curve: Callable[[Array], tuple[object, ...]], stop: float, count: int, closed: bool = False) -> Array:
+
+def path_of(name: str) -> tuple[cadfit.BSpline, float]:
+    """Return one of the hard paths, and the radius that goes along it."""
+
+    def through(
+        curve: Callable[[Array], tuple[object, ...]], stop: float, count: int, closed: bool = False
+    ) -> cadfit.BSpline:
         t = np.linspace(0.0, stop, count, endpoint=not closed)
-        return np.column_stack(np.broadcast_arrays(*curve(t)))
+        return cadfit.local_spline(np.column_stack(np.broadcast_arrays(*curve(t))), closed=closed)
+
+    def one(*poles: list[float]) -> cadfit.BSpline:
+        return cadfit.BSpline(poles, [0, 0, 0, 0, 1, 1, 1, 1])
 
     full = 2.0 * np.pi
-    spline = cadfit.local_spline
-    knots = [0, 0, 0, 0, 1, 1, 1, 1]
-    paths = {
-        "helix": (spline(sampled(lambda t: (10 * np.cos(t), 10 * np.sin(t), t), 10 * full, 240)), 1.0),
-        "trefoil": (
-            spline(
-                sampled(
-                    lambda t: (np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)),
-                    full,
-                    60,
-                    closed=True,
-                ),
-                closed=True,
-            ),
-            0.25,
-        ),
-        "vertical S": (spline(sampled(lambda t: (1.3 * np.sin(t), 0.0 * t, t - np.pi), full, 17)), 0.35),
-        "inflection": (
-            cadfit.join(
-                [
-                    cadfit.polyline([[-3, 0, 0], [0, 0, 0]]),
-                    cadfit.BSpline([[0, 0, 0], [2, 0, 0], [2, 2, 0], [4, 2, 1]], knots),
-                ]
-            ),
-            0.2,
-        ),
-        "corner": (cadfit.polyline([[0, 0, 0], [10, 0, 0], [10, 10, 0]]), 1.0),
-        "cusp": (cadfit.BSpline([[0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, 0]], knots), 0.1),
-        "tight bend": (cadfit.BSpline([[-4, 4, 0], [0.5, -4, 0], [-0.5, -4, 0], [4, 4, 0]], knots), 1.5),
-    }
-    found = {}
-    for name, (path, radius) in paths.items():
-        smooth = name not in ("cusp", "tight bend")
-        volume = np.pi * radius**2 * path.length()
-        if not smooth:  # no closed form: a mesh repaired
-            volume = float(cadfit.tube(path, radius, 0.01 * radius, on_self_intersection="repair").volume)
-        found[name] = Case(path, radius, volume, smooth, straight=name == "corner")
-    return found
+    match name:
+        case "helix":
+            return through(lambda t: (10 * np.cos(t), 10 * np.sin(t), t), 10 * full, 240), 1.0
+        case "trefoil":
+            knot = lambda t: (np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t))  # noqa: E731
+            return through(knot, full, 60, closed=True), 0.25
+        case "vertical S":
+            return through(lambda t: (1.3 * np.sin(t), 0.0 * t, t - np.pi), full, 17), 0.35
+        case "inflection":
+            bend = one([0, 0, 0], [2, 0, 0], [2, 2, 0], [4, 2, 1])
+            return cadfit.join([cadfit.polyline([[-3, 0, 0], [0, 0, 0]]), bend]), 0.2
+        case "corner":
+            return cadfit.polyline([[0, 0, 0], [10, 0, 0], [10, 10, 0]]), 1.0
+        case "cusp":
+            return one([0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, 0]), 0.1
+        case "tight bend":
+            return one([-4, 4, 0], [0.5, -4, 0], [-0.5, -4, 0], [4, 4, 0]), 1.5
+    raise KeyError(name)
+
+
+def case_of(name: str) -> Case:
+    """Return a path with the volume to be met: area times length, or where there is no closed form a fine repair's."""
+    path, radius = path_of(name)
+    smooth = name not in ("cusp", "tight bend")
+    volume = np.pi * radius**2 * path.length()
+    if not smooth:
+        volume = float(cadfit.tube(path, radius, 0.01 * radius, on_self_intersection="repair").volume)
+    return Case(path, radius, volume, smooth, straight=name == "corner")
 
 
 def tolerance_for(case: Case, stations: int) -> float:
@@ -160,21 +158,24 @@ def pyvista_tube(case: Case, stations: int) -> Callable[[], trimesh.Trimesh] | N
     return call
 
 
-def occt_sweep(case: Case, stations: int, tolerance: float) -> trimesh.Trimesh:
-    """Return the plain sweep of build123d along the same points, tessellated: what its users call."""
+def occt_case(name: str, stations: int, tolerance: float, out: str) -> None:
+    """Sweep one path by the plain sweep of build123d, which is what its users call, along the same points.
+
+    Prints the seconds of the sweep and of its tessellation, and the solid's volume, and writes the mesh.
+    """
     from build123d import Circle, Edge, Plane, Vector, sweep
 
-    points = case.path(np.linspace(*case.path.domain, stations))
-    edge = Edge.make_spline(
-        [Vector(*point) for point in points[: len(points) - case.path.closed]], periodic=case.path.closed
-    )
-    start = Plane(origin=edge @ 0, z_dir=edge % 0)
-    solid = sweep(start * Circle(case.radius), path=edge)
+    path, radius = path_of(name)
+    points = path(np.linspace(*path.domain, stations))
+    edge = Edge.make_spline([Vector(*point) for point in points[: len(points) - path.closed]], periodic=path.closed)
+    disc = Plane(origin=edge @ 0, z_dir=edge % 0) * Circle(radius)
+    print("ready", flush=True)
+    start = perf_counter()
+    solid = sweep(disc, path=edge)
     vertices, faces = solid.tessellate(tolerance)
-    mesh = trimesh.Trimesh([tuple(v) for v in vertices], faces, process=False)
-    mesh.metadata["valid"] = bool(solid.is_valid)
-    mesh.metadata["volume"] = float(solid.volume)
-    return mesh
+    seconds = perf_counter() - start
+    trimesh.Trimesh([tuple(v) for v in vertices], faces, process=False).export(out)
+    print(seconds, float(solid.volume), flush=True)
 
 
 def turns(mesh: trimesh.Trimesh, case: Case, rings: Array) -> tuple[float, float]:
@@ -230,29 +231,27 @@ def first_calls() -> tuple[float, float]:
     return found[0], found[1]
 
 
-def occt_case(name: str, stations: int, tolerance: float, out: str) -> None:
-    """Sweep one case with OCCT, print the seconds and the solid's volume, and write its mesh."""
-    case = cases()[name]
-    start = perf_counter()
-    mesh = occt_sweep(case, stations, tolerance)
-    print(perf_counter() - start, mesh.metadata["volume"])
-    mesh.export(out)
-
-
 def occt_timed(name: str, stations: int, tolerance: float) -> tuple[float | None, trimesh.Trimesh | str]:
-    """Run one case of OCCT in a process of its own, so that a time limit holds."""
+    """Run one case of OCCT in a process of its own, so that a time limit holds once its imports are done."""
     with tempfile.TemporaryDirectory() as folder:
         out = f"{folder}/mesh.ply"
         code = f"import sweep; sweep.occt_case({name!r}, {stations}, {tolerance!r}, {out!r})"
+        process = subprocess.Popen(
+            [sys.executable, "-c", code], cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        process.stdout.readline()
         try:
-            run = subprocess.run(
-                [sys.executable, "-c", code], cwd=HERE, capture_output=True, text=True, timeout=OCCT_LIMIT
-            )
+            answer, complaint = process.communicate(timeout=OCCT_LIMIT)
         except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
             return None, f"over {OCCT_LIMIT} s"
-        if run.returncode:
-            return None, "failed"
-        seconds, volume = map(float, run.stdout.split())
+        if process.returncode < 0:
+            return None, f"crashed (signal {-process.returncode})"
+        if process.returncode:
+            return None, "failed: " + (complaint.strip().splitlines() or ["no message"])[-1][:60]
+        seconds, volume = map(float, answer.split())
         mesh = trimesh.load_mesh(out, process=False)
     mesh.metadata["volume"] = volume
     return seconds, mesh
@@ -270,7 +269,17 @@ def others(name: str, case: Case, stations: int, tolerance: float) -> list[str]:
     return rows
 
 
-def table() -> str:
+def rows_of(name: str, stations: int) -> list[str]:
+    """Return the rows of one path at so many stations."""
+    case = case_of(name)
+    tolerance = tolerance_for(case, stations)
+    repair = not case.smooth
+    (seconds,) = interleaved([lambda: ours(case, tolerance, repair)], REPEATS, max(1, 400 // stations))
+    mine = row(name, stations, "cadfit", seconds, ours(case, tolerance, repair), case)
+    return [mine, *others(name, case, stations, tolerance)]
+
+
+def table(names: Sequence[str] = NAMES) -> str:
     mine, theirs = first_calls()
     rows = [
         f"First call at 200 stations: cadfit {mine * 1e3:.1f} ms, sweep_polygon {theirs * 1e3:.1f} ms.",
@@ -278,16 +287,12 @@ def table() -> str:
         "| path | stations | | time | watertight | turn | seam | volume off | faces |",
         "| --- | ---: | --- | ---: | --- | ---: | ---: | ---: | ---: |",
     ]
-    for name, case in cases().items():
-        for stations in STATIONS if case.smooth else STATIONS[:2]:
-            tolerance = tolerance_for(case, stations)
-            repair = not case.smooth
-            (seconds,) = interleaved([lambda: ours(case, tolerance, repair)], REPEATS, max(1, 400 // stations))  # noqa: B023
-            rows.append(row(name, stations, "cadfit", seconds, ours(case, tolerance, repair), case))
-            rows += others(name, case, stations, tolerance)
+    for name in names:
+        for stations in STATIONS if name not in ("cusp", "tight bend") else STATIONS[:2]:
+            rows += rows_of(name, stations)
             print(name, stations, file=sys.stderr, flush=True)
     return "\n".join(rows)
 
 
 if __name__ == "__main__":
-    print(table())
+    print(table(sys.argv[1:] or NAMES))
