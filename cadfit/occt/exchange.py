@@ -46,9 +46,9 @@ def write_step(path: PathLike, shapes: Writable, unit: str = "mm", names: Sequen
 
     The numbers are written as they are, to 17 digits: 1.0 with unit="m" is one metre to whoever reads the file, and
     poles and knots are read back bit for bit. Edges and wires alone become a GEOMETRIC_CURVE_SET, where CAM programs
-    look for wires; `names`, one for each B-spline curve, become those of the curves and of the layers they lie on; an
-    empty one is none. The file is replaced at once or, on failure, left as it was. Raises ValueError for an unknown
-    unit, no shapes and other than as many names, KernelError, and OSError naming the path.
+    look for wires; `names`, one for each B-spline curve, become those of the curves and, from OCP 7.9 on, of the layers
+    they lie on; an empty one is none. The file is replaced at once or, on failure, left as it was. Raises ValueError
+    for an unknown unit, no shapes and other than as many names, KernelError, and OSError naming the path.
     """
     found = _shapes(shapes)
     with _step(f"a STEP file of {len(found)} shape(s)", unit) as millimetres:

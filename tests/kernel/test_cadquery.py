@@ -294,7 +294,7 @@ def test_profiles_revolve_sweep_loft_and_offset():
         host.Workplane()
         .fitProfile(OVAL, 0.01, effort="fast")
         .workplane(10)
-        .fitProfile(OVAL / 2, 0.01, effort="fast")
+        .fitProfile(OVAL / 2, 0.005, effort="fast")  # the same knots: a loft joins equal parameters
         .loft()
     )
     assert lofted.val().isValid()

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("OCP", reason="needs a CAD kernel: cadfit[build123d] or cadfit[cadquery]")
 
+import OCP
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDocStd import TDocStd_Document
@@ -80,6 +81,8 @@ def test_step_is_a_curve_set_with_names(tmp_path):
     assert "GEOMETRIC_CURVE_SET(" in text
     back = read(tmp_path / "a.step").curves
     assert [one.isclose(other, 0.0) for one, other in zip(back[::2], (HELIX, HELIX), strict=True)] == [True, True]
+    if OCP.__version__.startswith("7.8"):
+        pytest.skip("OCP 7.8 takes no layers into a model: names alone are written")
     assert layers(tmp_path / "a.step") == {"rail": [HELIX.length()] * 2, "l'été": [FLAT.length()]}
 
 
