@@ -14,11 +14,11 @@ import signal
 import threading
 import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from queue import SimpleQueue
 from time import perf_counter
 from typing import Any
@@ -112,11 +112,12 @@ def _through(
 ) -> Generator[tuple[Any, Outcome], None, list[Any]]:
     """Yield outcomes as they come, each taken out of `left`; return the keys that were under way if it broke.
 
-    At most `window` tasks are under way at a time.
+    At most `window` tasks are under way at a time. One that the executor fails at, not the job, is handed to it once
+    more: dask.distributed now and then loses a result that was there when the worker died that had it.
     """
     waiting, running = iter(list(left.items())), dict[Future[Outcome], Any]()
     done: SimpleQueue[Future[Outcome]] = SimpleQueue()
-    suspects: list[Any] = []
+    suspects, again = list[Any](), set[Any]()
     broken = False
     try:
         while True:
@@ -139,7 +140,11 @@ def _through(
                 broken = True
                 suspects.append(key)
                 continue
-            except Exception as failure:  # of the executor, not of the job
+            except Exception as failure:
+                if key not in again and not isinstance(failure, CancelledError):
+                    again.add(key)
+                    waiting = chain([(key, left[key])], waiting)
+                    continue
                 outcome = Outcome(None, type(failure).__name__, str(failure) or "the executor gave it up")
             del left[key]
             yield key, outcome

@@ -278,6 +278,35 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
     assert not alive(worker)
 
 
+class Losing(Executor):
+    """Loses the result of a task so many times."""
+
+    def __init__(self, times):
+        self.times, self.given = times, []
+
+    def submit(self, function, *args, **kwargs):
+        future = Future()
+        lost = self.given.count(args) < self.times
+        self.given.append(args)
+        if lost:
+            future.set_exception(TypeError("lost"))
+        else:
+            future.set_result(function(*args, **kwargs))
+        return future
+
+
+def test_what_an_executor_loses_is_handed_to_it_once_more():
+    tasks = {k: ("raise" if k == 1 else "pid", str(k)) for k in range(3)}
+    found = dict(outcomes(job, tasks, executor := Losing(1)))
+    assert sorted(found) == [0, 1, 2]
+    assert len(executor.given) == 6
+    assert [found[k].value for k in range(3)] == [os.getpid(), None, os.getpid()]
+    assert found[1].error == "Unpicklable"
+    found = dict(outcomes(job, tasks, executor := Losing(2)))
+    assert len(executor.given) == 6
+    assert [(each.error, each.reason) for each in found.values()] == [("TypeError", "lost")] * 3
+
+
 @pytest.mark.slow
 @posix
 def test_dask_with_a_worker_killed_midway(tmp_path):
@@ -293,10 +322,10 @@ def test_dask_with_a_worker_killed_midway(tmp_path):
         tasks = {k: (str(tmp_path / "done"), k, 0.02) for k in range(60)}
         found = []
         for key, outcome in outcomes(log, tasks, executor):
-            found.append((key, outcome.value))
+            found.append((key, (outcome.value, outcome.error, outcome.reason)))
             if len(found) == 5:
                 os.kill(next(iter(pids.values())), signal.SIGKILL)
-        assert sorted(found) == [(k, k) for k in range(60)]
+        assert sorted(found) == [(k, (k, None, "")) for k in range(60)]
         done = [path.name.split("-") for path in (tmp_path / "done").iterdir()]
         assert {int(k) for k, _ in done} == set(range(60))
         assert len({pid for _, pid in done}) >= 2

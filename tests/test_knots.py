@@ -61,6 +61,7 @@ def moved(knots, ends, steps):
         chain=np.zeros((n - 1, 4, 1)),
         room=np.ones(n - 1),
         closed=False,
+        polyline=False,
         period=X[-1] - X[0],
         tangents=(None, None),
     )
