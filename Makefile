@@ -25,8 +25,10 @@ demo: $(B123D)/ready
 test: check docs $(B123D)/ready $(CQ)/ready $(OLDEST:%=%/ready)
 	$(CORE)/bin/python -m pytest -n auto -m slow tests
 	$(CORE)/bin/python -m pytest examples
-	$(B123D)/bin/python -m pytest -n auto tests cadfit examples
-	$(CQ)/bin/python -m pytest -n auto tests cadfit examples
+	CADFIT_QUICK=1 $(B123D)/bin/python -m pytest -n auto -m "not slow" --ignore tests/kernel tests cadfit
+	$(B123D)/bin/python -m pytest -n auto tests/kernel examples
+	CADFIT_QUICK=1 $(CQ)/bin/python -m pytest -n auto -m "not slow" --ignore tests/kernel tests cadfit
+	$(CQ)/bin/python -m pytest -n auto tests/kernel examples
 	$(B123D)-oldest/bin/python -m pytest -n auto tests/kernel
 	$(CQ)-oldest/bin/python -m pytest -n auto tests/kernel
 

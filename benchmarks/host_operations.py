@@ -120,7 +120,10 @@ def quick(properties, *options):
 
 
 def by_gauss(shape):
-    return volume_and_area(shape.wrapped)[1]
+    try:
+        return volume_and_area(shape.wrapped)[1]
+    except ValueError:  # a cut face
+        return np.nan
 
 
 def within_triangles(shape):

@@ -22,9 +22,10 @@ from cadfit.occt.exchange import UNITS, read_brep, read_iges, read_step, write_b
 from cadfit.occt.faces import to_face
 from cadfit.occt.hostpoints import points_of
 from cadfit.occt.kernel import CONFUSION, KernelError
+from cadfit.occt.measuring import volume
 from cadfit.occt.shapes import edges, faces, from_edge, to_edge, to_wire
 from cadfit.occt.simplify import simplify
-from cadfit.occt.solids import sweep_solid, tube_solid, volume
+from cadfit.occt.solids import sweep_solid, tube_solid
 
 __all__ = [
     "CONFUSION",

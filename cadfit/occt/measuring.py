@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 from OCP.Bnd import Bnd_Box
-from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepAdaptor import BRepAdaptor_Curve2d, BRepAdaptor_Surface
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
@@ -23,8 +23,9 @@ from OCP.TopoDS import TopoDS_Face, TopoDS_Shape
 
 from cadfit.bezier import Array
 from cadfit.occt.kernel import Reals
-from cadfit.occt.shapes import faces
+from cadfit.occt.shapes import edges, faces
 
+_ON_SIDE = 1e-6  # of a rectangle's side
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
@@ -32,7 +33,8 @@ def volume_and_area(shape: TopoDS_Shape) -> tuple[float, float]:
     """Return the volume within the faces of a closed shell and their area, by Gauss' rule between any two knots.
 
     Each face must be a plane or fill its surface's rectangle, as the walls and ends of our solids do, and as what the
-    kernel extrudes, revolves or lofts from wires does; of an open shape the area alone means something.
+    kernel extrudes, revolves or lofts from wires does: ValueError for others. Of an open shape the area alone means
+    something.
     """
     volume = area = 0.0
     origin: Array | None = None
@@ -44,6 +46,22 @@ def volume_and_area(shape: TopoDS_Shape) -> tuple[float, float]:
         volume += -flux if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else flux
         area += float(np.linalg.norm(normals, axis=1).sum())
     return volume, area
+
+
+def volume(shape: TopoDS_Shape) -> float:
+    """Return the volume of a solid whose faces are whole, by Gauss' rule between any two knots.
+
+    So are the faces of our solids, and of what the kernel extrudes, revolves or lofts from our wires; there its own
+    integral can be far off. Raises ValueError where a face is cut, as by a boolean operation or a fillet.
+
+    >>> import math
+    >>> from cadfit import BSpline
+    >>> from cadfit.occt import tube_solid
+    >>> rod = BSpline([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> round(volume(tube_solid(rod, 1.0)) / math.pi, 6)
+    3.0
+    """
+    return volume_and_area(shape)[0]
 
 
 def is_valid(shapes: Iterable[TopoDS_Shape]) -> bool:
@@ -74,9 +92,12 @@ def _plane(face: TopoDS_Face) -> tuple[Array, Array]:
 
 def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     """Return places (n, 3) on a face that fills its surface's rectangle, and normals there as long as their shares."""
+    if not _is_whole(face):
+        raise ValueError("a face is cut out of its surface: measure a mesh of this shape, or ask the kernel")
     surface = BRepAdaptor_Surface(face)
-    u, heights = _places(surface.NbUIntervals, surface.UIntervals)
-    v, widths = _places(surface.NbVIntervals, surface.VIntervals)
+    parts = 1 if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface else 4  # of a turn, it may be
+    u, heights = _places(surface.NbUIntervals, surface.UIntervals, parts)
+    v, widths = _places(surface.NbVIntervals, surface.VIntervals, parts)
     at, along, across, rows = gp_Pnt(), gp_Vec(), gp_Vec(), []
     for here in product(u, v):
         surface.D1(*here, at, along, across)
@@ -86,10 +107,26 @@ def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     return values[:, :3], shares[:, None] * np.cross(values[:, 3:6], values[:, 6:])
 
 
-def _places(count: Callable[..., int], ends: Callable[..., None]) -> tuple[list[float], Array]:
-    """Return Gauss' places between any two knots, and their weights."""
+def _is_whole(face: TopoDS_Face) -> bool:
+    """Whether each edge of a face runs along a side of the rectangle of its parameters."""
+    surface = BRepAdaptor_Surface(face)
+    low = np.array([surface.FirstUParameter(), surface.FirstVParameter()])
+    high = np.array([surface.LastUParameter(), surface.LastVParameter()])
+    for edge in edges(face):
+        curve = BRepAdaptor_Curve2d(edge, face)
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        places = np.array([curve.Value(t).Coord() for t in np.linspace(first, last, 5).tolist()])
+        sides = np.abs(np.concatenate([places - low, places - high], axis=1) / np.tile(high - low, 2))
+        if sides.max(axis=0).min() > _ON_SIDE:
+            return False
+    return True
+
+
+def _places(count: Callable[..., int], ends: Callable[..., None], parts: int) -> tuple[list[float], Array]:
+    """Return Gauss' places in each of so many parts between any two knots, and their weights."""
     knots = Reals(1, count(GeomAbs_Shape.GeomAbs_CN) + 1)
     ends(knots, GeomAbs_Shape.GeomAbs_CN)
-    bounds = np.array([*knots])
+    knot = np.array([*knots])
+    bounds = np.interp(np.arange((len(knot) - 1) * parts + 1) / parts, np.arange(len(knot)), knot)
     half = 0.5 * np.diff(bounds)[:, None]
     return (bounds[:-1, None] + half * (1.0 + _NODES)).ravel().tolist(), (half * _WEIGHTS).ravel()

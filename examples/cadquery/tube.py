@@ -11,6 +11,7 @@ import cadquery as cq
 import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
+from matplotlib.collections import PolyCollection
 
 from cadfit.cadquery import fit_tube
 
@@ -40,6 +41,14 @@ def mesh_of(solid, radius):
     return trimesh.Trimesh(np.array([vertex.toTuple() for vertex in vertices]), triangles)
 
 
+def seen(mesh):
+    """Return the triangles (n, 3, 2) of a mesh of the ring that look outward: degrees along the ring, and heights."""
+    half = mesh.triangles[mesh.triangles_center[:, 0] > -500.0]
+    places = np.stack([np.degrees(np.arctan2(half[..., 1], half[..., 0])), half[..., 2]], axis=-1)
+    first, second = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    return places[first[:, 0] * second[:, 1] > first[:, 1] * second[:, 0]]
+
+
 def main(folder):
     rows, meshes = {}, {}
     for name, (points, radius) in PATHS.items():
@@ -56,13 +65,13 @@ def main(folder):
             }
     show("tubes along 1,000 points (a mesh as coarse as this holds some 10 % less than the tube)", rows)
 
-    figure, row = plt.subplots(1, 2, figsize=(8.6, 4.0), layout="constrained")
+    figure, row = plt.subplots(2, 1, figsize=(9.0, 3.8), sharex=True, sharey=True, layout="constrained")
     for ax, way, colour in zip(row, ["sweep", "fit_tube"], [HOST, OURS], strict=True):
-        middles = meshes["ring", way].triangles_center
-        ax.plot(*middles[:, :2].T, ",", color=colour)
+        ax.add_collection(PolyCollection(seen(meshes["ring", way]), facecolor=colour, edgecolor="white", linewidth=0.3))
         share = rows[f"ring, {way}"]["mesh / exact volume"]
-        ax.set_title(f"{way}: triangles' middles; the mesh holds {100 * share:.0f} %", fontsize="medium")
-        ax.set(aspect="equal")
+        ax.set_title(f"{way}: the whole mesh holds {100 * share:.0f} % of the tube", fontsize="medium")
+        ax.set(xlim=(-90, 90), ylim=(-3, 3), ylabel="height, mm")
+    row[1].set(xlabel="half of the ring, seen from outside: degrees along it")
     save(figure, folder, "cq_tube.png")
     return rows
 
