@@ -17,13 +17,13 @@ CQ := .venv-cadquery
 OLDEST := $(B123D)-oldest $(CQ)-oldest
 DOCS := .venv-docs
 
-.PHONY: demo test check format bench docs clean
+.PHONY: demo test check lint format bench docs clean
 
 demo: $(B123D)/ready
 	$(B123D)/bin/python examples/demo.py
 
-test: check docs $(B123D)/ready $(CQ)/ready $(OLDEST:%=%/ready)
-	$(CORE)/bin/python -m pytest -n auto -m slow tests
+test: lint docs $(B123D)/ready $(CQ)/ready $(OLDEST:%=%/ready)
+	$(CORE)/bin/python -m pytest -n auto tests cadfit
 	$(CORE)/bin/python -m pytest examples
 	CADFIT_QUICK=1 $(B123D)/bin/python -m pytest -n auto -m "not slow" --ignore tests/kernel tests cadfit
 	$(B123D)/bin/python -m pytest -n auto tests/kernel examples
@@ -32,12 +32,14 @@ test: check docs $(B123D)/ready $(CQ)/ready $(OLDEST:%=%/ready)
 	$(B123D)-oldest/bin/python -m pytest -n auto tests/kernel
 	$(CQ)-oldest/bin/python -m pytest -n auto tests/kernel
 
-check: $(CORE)/ready
+check: lint
+	CADFIT_QUICK=1 $(CORE)/bin/python -m pytest -n auto -m "not slow" tests cadfit
+
+lint: $(CORE)/ready
 	$(CORE)/bin/ruff format --check .
 	$(CORE)/bin/ruff check .
 	$(CORE)/bin/mypy
 	$(CORE)/bin/lint-imports --verbose
-	CADFIT_QUICK=1 $(CORE)/bin/python -m pytest -n auto -m "not slow" tests cadfit
 
 format: $(CORE)/ready
 	$(CORE)/bin/ruff check --fix .

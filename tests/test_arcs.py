@@ -242,6 +242,7 @@ def test_large_radii_become_lines():
     assert jumps.max() <= arcs.lengths[lines].max() / 50
 
 
+@pytest.mark.slow
 def test_a_polyline():
     points = CURVES["flower"].points
     arcs = cadfit.arcs(points, 0.05, closed=True)

@@ -277,6 +277,7 @@ def test_the_test_sees_a_path_that_strays(tmp_path):
             compare(text, out.replace(what, other, 1), 0.05)
 
 
+@pytest.mark.slow
 def test_as_few_arcs_as_of_the_curve_itself(tmp_path):
     """The chords take part of the tolerance from one side and give it on the other: no more arcs than of the curve."""
     text = HEAD + program(flower()) + FOOT

@@ -98,6 +98,7 @@ WHOLE = HEAD + program(flower(120)) + "(second)\n" + program(flower(90, 3) / 2) 
 LETTERS = "GXYZIJKRFSMNTEO0123456789.-+ ();%/#[]\n\x00é"
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_damaged_programs(data):

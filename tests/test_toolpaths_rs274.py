@@ -15,7 +15,10 @@ from cadfit.toolpaths import refit
 
 from controller import compare
 
-pytestmark = pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC's rs274 is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC's rs274 is not installed"),
+]
 PLANES = {"XY": ("G17", "XYZIJ"), "XZ": ("G18", "ZXYKI"), "YZ": ("G19", "YZXJK")}
 
 

@@ -439,6 +439,7 @@ def corpus_curves():
     return [curve for family in wanted for curve in corpus.load(family=family, dim=3)[:7]]
 
 
+@pytest.mark.slow
 def test_real_curves():
     curves = corpus_curves()
     if not curves:

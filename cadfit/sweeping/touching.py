@@ -22,7 +22,7 @@ _APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet,
 _MOST_SAMPLES = 200_000
 _MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
 _ASKED = 500  # places that are asked how many others are near
-_PAIRS_AT_FIRST, _PAIRS_AT_ONCE = 1 << 5, 1 << 12
+_PAIRS_AT_FIRST, _PAIRS_AT_ONCE = 1 << 1, 1 << 12
 _AT_ONCE = 1 << 20  # boxes that are compared in one go
 _CELL = 0.1  # of a reach, or twice that in radians: how much of the path a cell of walls has
 
