@@ -18,9 +18,9 @@ TOLERANCES = (0.1, 0.01, 0.001)
 
 
 def curves():
-    """A flower 205 mm around, an S and a spiral, as splines within 1e-6 mm of them."""
+    """A flower 209 mm around, an S and a spiral, as splines within 1e-6 mm of them."""
     t = np.linspace(0, 2 * np.pi, 2000, endpoint=False)
-    r = 27.7 * (1 + 0.15 * np.cos(6 * t))
+    r = 28.2 * (1 + 0.15 * np.cos(6 * t))
     x = np.linspace(0, 1, 400)
     a = np.linspace(0, 6 * np.pi, 1500)
     points = {

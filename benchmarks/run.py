@@ -6,7 +6,19 @@ Together they take about an hour, most of it promise, literature and poles.
 import sys
 from importlib import import_module
 
-PARTS = ("curves", "tubes", "edges", "deviations", "fits", "poles", "chart", "literature", "promise", "batch")
+PARTS = (
+    "curves",
+    "tubes",
+    "edges",
+    "deviations",
+    "fits",
+    "poles",
+    "chart",
+    "literature",
+    "promise",
+    "batch",
+    "toolpaths",
+)
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PARTS:

@@ -40,6 +40,7 @@ def works(big):
         "fit": lambda told: cadfit.fit(NOISY[:900], 0.01, effort="fast", progress=told),
         "fit of little": lambda told: cadfit.fit(NOISY[:2], 0.01, progress=told),
         "fit_many": lambda told: cadfit.fit_many([some, some], 0.01, jobs=1, effort="fast", progress=told),
+        "fit_planes": lambda told: cadfit.fit_planes(np.column_stack([NOISY, T]), progress=told),
         "dominant_points": lambda told: cadfit.dominant_points(NOISY, fraction=0.2, progress=told),
         "dominant_points, paper": lambda told: cadfit.dominant_points(
             NOISY, fraction=0.5, method="paper", progress=told

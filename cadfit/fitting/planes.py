@@ -15,10 +15,15 @@ from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.fitting.cardinal import c2_spline, cardinal_pieces
 from cadfit.points.clean import as_contour
+from cadfit.stages import Progress, shares
 
 
 def fit_planes(
-    points: ArrayLike, tensions: float | Sequence[float] = 0.5, common_axis: int = 0, closed: bool = False
+    points: ArrayLike,
+    tensions: float | Sequence[float] = 0.5,
+    common_axis: int = 0,
+    closed: bool = False,
+    progress: Progress | None = None,
 ) -> BSpline:
     """Return the C2 spline of the points (n, d), d >= 2, from d - 1 planar cardinal fits, merged.
 
@@ -26,6 +31,7 @@ def fit_planes(
     all or one a plane. The merge keeps each plane's tangent directions and gives all planes the mean handle along the
     common axis, so the result is the cardinal spline of the mean tension: with equal tensions,
     `cardinal_spline(points, tension)`. It holds also where the points turn back or stand still along the common axis.
+    `progress` is called with the part that is done, from 0 to 1, after each plane; raising from it stops.
 
     Raises ValueError for bad points (naming the row), fewer than 2 dimensions, an axis the points do not have, a
     tension that is not a finite number, a wrong number of them, or tensions with a zero and a mean other than zero.
@@ -49,11 +55,14 @@ def fit_planes(
         raise ValueError(f"a plane of tension 0 has no direction to keep beside others: tensions {taus.tolist()}")
     if closed:  # repeated, so that a plane in which the last point meets the first is not taken to repeat it
         points = np.concatenate([points, points[:1]])
-    planes = [
-        cardinal_pieces(points[:, [common_axis, axis]], tau, closed) for axis, tau in zip(others, taus, strict=True)
-    ]
+    planes, told = [], shares(progress, d)
+    for axis, tau, part in zip(others, taus, told[:-1], strict=True):
+        planes.append(cardinal_pieces(points[:, [common_axis, axis]], tau, closed))
+        part(1.0)
     ratios = np.divide(taus.mean(), taus, out=np.ones_like(taus), where=taus != 0)
-    return c2_spline(_merge(planes, others, common_axis, ratios), closed)
+    spline = c2_spline(_merge(planes, others, common_axis, ratios), closed)
+    told[-1](1.0)
+    return spline
 
 
 def merge_planes(planes: Sequence[ArrayLike], common_axis: int = 0) -> Array:
