@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import cadquery as cq
 import matplotlib.pyplot as plt
 import numpy as np
-from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.GeomAbs import GeomAbs_SurfaceType
 from rich.console import Console
 from rich.table import Table
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
+from cadfit import local_spline
 from cadfit.cadquery import from_edge
 
 DATA = Path(__file__).parents[1] / "data"
@@ -77,6 +80,25 @@ def measured(edges: Sequence[cq.Edge], points: np.ndarray, seconds: float) -> di
         "length": sum(edge.Length() for edge in edges),
         "ms": 1e3 * seconds,
     }
+
+
+def round_about(solids: Sequence[cq.Solid], points: np.ndarray, radius: float) -> dict[str, float]:
+    """Return the poles of the solids' splines, and how far places on them are from a radius about a curve.
+
+    The curve is the local spline through the points (n, 3); plane faces do not count.
+    """
+    curve, found, poles = local_spline(points), [], 0
+    surfaces = [BRepAdaptor_Surface(face.wrapped) for solid in solids for face in solid.Faces()]
+    count = 25 if len(surfaces) < 25 else 3
+    for surface in surfaces:
+        if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
+            continue
+        if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
+            poles += surface.NbUPoles() * surface.NbVPoles()
+        u = np.linspace(surface.FirstUParameter(), surface.LastUParameter(), count)
+        v = np.linspace(surface.FirstVParameter(), surface.LastVParameter(), count)
+        found += [surface.Value(*place).Coord() for place in product(u.tolist(), v.tolist())]
+    return {"poles": poles, "off": float(np.abs(curve.nearest(np.array(found))[1] - radius).max())}
 
 
 def bend(edge: cq.Edge, count: int = 20_001) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cadfit.cadquery import fit_tube
 
-from beside import HOST, OURS, save, show, timed
+from beside import HOST, OURS, round_about, save, show, timed
 
 FIBRES, POINTS, RADIUS, TOLERANCE = 4, 200, 0.235, 0.002
 
@@ -51,7 +51,9 @@ def main(folder):
         "fit_tube": lambda points: [fit_tube(points, RADIUS, TOLERANCE)],
     }.items():
         path = str(folder / f"fibres_{name.split()[0]}.step")
-        solids, seconds = timed(lambda make=make: [solid for points in fibres() for solid in make(points)])
+        each, seconds = timed(lambda make=make: [make(points) for points in fibres()])
+        solids = [solid for fibre in each for solid in fibre]
+        shapes = [round_about(made, points, RADIUS) for made, points in zip(each, fibres(), strict=True)]
         whole = cq.Workplane(obj=cq.Compound.makeCompound(solids))
         _, writing = timed(lambda whole=whole, path=path: cq.exporters.export(whole, path))
         back, reading = timed(lambda path=path: cq.importers.importStep(path))
@@ -59,6 +61,8 @@ def main(folder):
         rows[name] = {
             "solids": len(solids),
             "faces": sum(len(solid.Faces()) for solid in solids),
+            "poles": sum(shape["poles"] for shape in shapes),
+            "off": max(shape["off"] for shape in shapes),
             "valid": all(solid.isValid() for solid in back.solids().vals()),
             "kB": kilobytes,
             "kB a fibre": kilobytes / FIBRES,

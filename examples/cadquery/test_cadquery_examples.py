@@ -77,7 +77,10 @@ def test_tube(example):
         assert rows[f"{name}, fit_tube"]["valid"]
         assert rows[f"{name}, fit_tube"]["mesh watertight"]
         assert rows[f"{name}, fit_tube"]["mesh / exact volume"] == pytest.approx(0.9, abs=0.05)
+        assert rows[f"{name}, fit_tube"]["poles"] < rows[f"{name}, sweep"]["poles"]
     assert rows["ring, sweep"]["mesh / exact volume"] < 0.5
+    assert rows["ring, fit_tube"]["off"] <= 2 * 0.025  # the path's tolerance, and the wall's
+    assert rows["trefoil, fit_tube"]["off"] <= 2 * 0.02
 
 
 def test_step_size(example):
@@ -86,6 +89,8 @@ def test_step_size(example):
     assert ours["solids"] == 4
     assert cylinders["kB"] > 20 * ours["kB"]
     assert swept["kB"] > ours["kB"]
+    assert swept["poles"] > ours["poles"]
+    assert ours["off"] <= 2 * 0.002
 
 
 def test_every_example_is_tested():

@@ -15,7 +15,7 @@ from matplotlib.collections import PolyCollection
 
 from cadfit.cadquery import fit_tube
 
-from beside import HOST, OURS, save, show, timed
+from beside import HOST, OURS, round_about, save, show, timed
 
 T = np.linspace(0.0, 2.0 * np.pi, 1000)
 TREFOIL = np.column_stack([np.sin(T) + 2.0 * np.sin(2.0 * T), np.cos(T) - 2.0 * np.cos(2.0 * T), -np.sin(3.0 * T)])
@@ -59,6 +59,7 @@ def main(folder):
             rows[f"{name}, {way}"] = {
                 "valid": solid.isValid(),
                 "faces": len(solid.Faces()),
+                **round_about([solid], points, radius),
                 "seconds": seconds,
                 "mesh watertight": bool(mesh.is_watertight),
                 "mesh / exact volume": float(mesh.volume / (np.pi * radius**2 * length)),
