@@ -18,7 +18,7 @@ from OCP.GProp import GProp_GProps
 import cadfit
 from cadfit.occt.measuring import volume_and_area
 from cadfit.regions import meeting, polygon, signed_area
-from cadfit.sweeping.stations import chain, tightest
+from cadfit.sweeping.chain import chain, tightest
 
 SIZE, TOLERANCE = 100.0, 0.1
 HEIGHT, AWAY, ABOVE, SHRUNK = (
