@@ -88,7 +88,8 @@ def row(name, text, tolerance):
             cells.append(f"{done.moves[1]:,} | {done.moves[0] / done.moves[1]:.1f} | {took:.1f} s")
         off = compare(text, target.read_text(), tolerance / 4)
     change = 100.0 * (done.length[1] / done.length[0] - 1.0)
-    tail = f"{done.deviation:.4f} | {off:.4f} | {done.smallest_radius:.2f} | {change:+.3f} %"
+    size = f"{done.bytes[0] / 1e3:.1f} to {done.bytes[1] / 1e3:.1f}"
+    tail = f"{size} | {done.deviation:.4f} | {off:.4f} | {done.smallest_radius:.2f} | {change:+.3f} %"
     return f"| {name} | {done.moves[0]:,} | " + " | ".join(cells) + f" | {tail} |"
 
 
@@ -99,7 +100,7 @@ def table(tolerances=(0.05, 0.01)):
     for tolerance in tolerances:
         parts.append(
             f"\n| {tolerance} mm | moves | fast | fewer | takes | best | fewer | takes "
-            "| bound | off | least radius | length |\n| --- |" + " ---: |" * 11
+            "| kB | bound | off | least radius | length |\n| --- |" + " ---: |" * 12
         )
         for name, text in track(programs, f"at {tolerance} mm", disable=None):
             parts.append(row(name, text, tolerance))

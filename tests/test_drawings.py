@@ -286,6 +286,9 @@ def test_broken_dxf(tmp_path):
         (tmp_path / "a.dxf").write_bytes(content)
         with pytest.raises(ValueError, match=r"a\.dxf: "):
             read(tmp_path / "a.dxf")
+    (tmp_path / "a.dxf").write_bytes(b"0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1024\n")
+    with pytest.raises(ValueError, match=r"a\.dxf: not a readable DXF file: it is cut short"):
+        read(tmp_path / "a.dxf")
 
 
 DENSE = np.linspace(0, 2 * np.pi, 200, endpoint=False)

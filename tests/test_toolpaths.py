@@ -70,9 +70,34 @@ def test_a_path_in_space_takes_lines(tmp_path):
     assert done.moves[0] > 3 * done.moves[1]
 
 
+def helix(n=400, turns=4, pitch=1.5):
+    t = np.linspace(0, 2 * np.pi * turns, n)
+    radius = 20 + np.sin(t / 3)
+    return np.column_stack([radius * np.cos(t), radius * np.sin(t), -pitch * t / (2 * np.pi)])
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.01])
+def test_an_even_climb_takes_helices(tmp_path, tolerance):
+    out, done = refitted(HEAD + program(helix(), letters="XYZ") + FOOT, tmp_path, tolerance)
+    assert done.moves[0] > 10 * done.moves[1]
+    assert re.search(r"^G3 X\S+ Y\S+ Z-\S+ I\S+ J\S+", out, re.M)
+    ramp, level = helix(300, 1), flower(800, 2) - flower(800, 2)[0]
+    steps = np.concatenate([ramp, ramp[-1] + np.column_stack([level, 0 * level[:, 0]])[1:]])
+    _, done = refitted(HEAD + program(steps, letters="XYZ") + FOOT, tmp_path, tolerance)
+    assert done.moves[0] > 8 * done.moves[1]
+
+
+def test_helices_of_the_program_are_merged(tmp_path):
+    ends = 20 * np.array([[0, 1], [-1, 0], [0, -1], [1, 0]] * 3)
+    rows = [f"G3 X{x} Y{y} Z{-0.25 * k:.4f} R20" for k, (x, y) in enumerate(ends, 1)]
+    _, done = refitted(HEAD + "G0 X20 Y0\nG1 Z0 F200\nG1 F300\n" + "\n".join(rows) + "\nG0 Z5\n" + FOOT, tmp_path)
+    assert done.moves == [13, 5]
+
+
 BAD = {
     "G1 X1e9": "exponent",
     "G1 X1 0000000000": "beyond",
+    "G1 X1 F" + 400 * "9": "beyond",
     "G1 X\n": "no number",
     "G2 X10 Y0 I4 J0": "do not match its centre",
     "G2 X10 Y0 R4": "no arc of radius",
@@ -89,6 +114,7 @@ BAD = {
     "O7\nO8": "another program",
     "IF [#1 GT 2] GOTO 10": "macro",
     "M98 P1000": "not followed",
+    "G65 P9810 X1": "macro",
     "G1 X3 (open": "not closed",
     "START_PRINT BED=60": "not G-code",
     "G1 X\x003": "0x00",
@@ -110,7 +136,7 @@ def test_a_bad_line_is_named_and_the_old_output_stays(tmp_path, line):
 
 
 @pytest.mark.parametrize(
-    "data", [b"\x7fELF\x02\x01\x01" + bytes(range(256)) * 9, b"X1 " * 9000, b"%\nG1 X1\n", b"G1 X1 (\xff"]
+    "data", [b"\x7fELF\x02\x01\x01" + bytes(range(256)) * 9, b"X1 " * 9000, b"%\nG1 X1\n", b"G1 X1 (\xff", b""]
 )
 def test_what_is_no_program_is_refused(tmp_path, data):
     source, target = tmp_path / "in.nc", tmp_path / "out.nc"
@@ -247,6 +273,12 @@ def test_a_program_keeps_its_manner(tmp_path):
     assert numbers[-1] == 4000
     compact = "G21G90\nG0X0Y0Z0\n" + "".join(f"G1X{x:.3f}Y{y:.3f}F300\n" for x, y in flower())
     assert re.search(r"^G3X\S+Y\S+I\S+J\S+$", refitted(compact, tmp_path)[0], re.M)
+
+
+def test_long_numbers_are_written_in_full(tmp_path):
+    rows = [f"N{1234560 + 10 * k} G1 X{k}. F1234.56789\n" for k in range(4)]
+    out, _ = refitted("G21 G90\nG0 X0 Y1 Z0\n" + "".join(rows), tmp_path)
+    assert out.endswith("\nN1234590 G1 X3. F1234.56789\n")
 
 
 def test_what_must_not_change_is_left(tmp_path):

@@ -9,7 +9,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from test_toolpaths import FOOT, HEAD, flower, program
+from test_toolpaths import FOOT, HEAD, flower, helix, program
 
 from cadfit.toolpaths import refit
 
@@ -70,6 +70,11 @@ HEAD = HEAD.replace("O0001 (part)\n", "").replace("T1 M6\n", "")
 def test_arcs_in_each_plane(tmp_path, letters, decimals):
     done = held(HEAD + program(flower(), letters=letters) + FOOT, tmp_path, 0.05, decimals=decimals)
     assert done.arcs > 10
+
+
+def test_helices(tmp_path):
+    done = held(HEAD + program(helix(), letters="XYZ") + FOOT, tmp_path, 0.05)
+    assert 0 < done.arcs < 16
 
 
 def test_small_tolerances_and_features(tmp_path):

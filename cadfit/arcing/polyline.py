@@ -14,7 +14,7 @@ from cadfit.bezier import Array, Ints
 
 _EDGE = 0.95  # of the tolerance, beside the polyline
 _LANES = {False: (0.0, -_EDGE, _EDGE), True: (0.0, -_EDGE, -0.45, 0.45, _EDGE)}
-_PER_CHORD, _PER_LONG = 2, 8  # samples
+_PER_CHORD, _PER_LONG = 4, 8  # samples
 _LONG = 3.0  # a chord so many times as long as one beside it is long
 _KINK = np.radians(0.25)  # by so much a line may turn off what is before or after it
 _LINE, _SMOOTH, _KINKED = 1.0, 2.0, -1.0  # ranks: a line, a move that is kept, one that is kept with its kinks

@@ -41,8 +41,10 @@ def read(path: Path, unit: str) -> Curves:
         if error.filename is not None:
             raise
         raise ValueError(f"{path}: not a DXF file: {error}") from error
+    except StopIteration:  # its loader wanted more
+        raise ValueError(f"{path}: not a readable DXF file: it is cut short") from None
     except Exception as error:  # ezdxf's own errors, and those its loaders meet in broken files
-        raise ValueError(f"{path}: not a readable DXF file: {error or type(error).__name__}") from error
+        raise ValueError(f"{path}: not a readable DXF file: {str(error) or type(error).__name__}") from error
     contours: list[Contour] = []
     others: list[str] = []
     for entity in _entities(drawing.modelspace(), others):
@@ -50,7 +52,7 @@ def read(path: Path, unit: str) -> Curves:
         try:
             contours += _contours(entity)
         except Exception as error:
-            raise ValueError(f"{path}: {name}: {error or type(error).__name__}") from error
+            raise ValueError(f"{path}: {name}: {str(error) or type(error).__name__}") from error
     if others:
         warnings.warn(f"{path}: not curves, and left out: {', '.join(others)}", stacklevel=2)
     if not contours:

@@ -23,7 +23,7 @@ def read(path: Path, unit: str) -> Any:
         mesh = trimesh.load_mesh(path)
     except Exception as error:  # each of trimesh's readers has its own ways to fail on a broken file
         raise ValueError(
-            f"{path}: not a readable {path.suffix.lower()} file: {error or type(error).__name__}"
+            f"{path}: not a readable {path.suffix.lower()} file: {str(error) or type(error).__name__}"
         ) from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise ValueError(f"{path}: no faces in it")

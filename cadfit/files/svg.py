@@ -47,7 +47,7 @@ def read(path: Path, unit: str) -> Curves:
             if isinstance(element, Shape):
                 contours += _contours(Outline(element).reify(), element.id or "")
     except Exception as error:
-        raise ValueError(f"{path}: not a readable SVG file: {error or type(error).__name__}") from error
+        raise ValueError(f"{path}: not a readable SVG file: {str(error) or type(error).__name__}") from error
     if not contours:
         raise ValueError(f"{path}: no paths or shapes in it")
     scale = _PIXEL / _MILLIMETRES[unit]

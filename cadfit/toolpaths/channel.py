@@ -46,15 +46,7 @@ def arc_deviation(points: Array, start: Array, end: Array, centre: Array, sweep:
     x, y = (points - centre).T
     far = np.sqrt(x * x + y * y)
     step_x, step_y = x[1:] - x[:-1], y[1:] - y[:-1]
-    cross = x[:-1] * y[1:] - y[:-1] * x[1:]
-    turn = np.arctan2(cross, x[:-1] * x[1:] + y[:-1] * y[1:])
-    first = start - centre
-    angle = np.empty(len(points))
-    angle[0] = np.arctan2(first[0] * y[0] - first[1] * x[0], first[0] * x[0] + first[1] * y[0])
-    np.cumsum(turn, out=angle[1:])
-    angle[1:] += angle[0]
-    if sweep < 0.0:
-        angle = -angle
+    angle, cross = _turned(x, y, start - centre, sweep)
     before, after = angle < 0.0, angle > abs(sweep)
     inside = ~(before | after)
     worst = max(_distance(points[0], start), _distance(points[-1], end))
@@ -73,6 +65,47 @@ def arc_deviation(points: Array, start: Array, end: Array, centre: Array, sweep:
         foot = np.abs(cross[has_foot]) / np.sqrt(square[has_foot])
         worst = max(worst, high - float(foot.min()))
     return worst
+
+
+def climb_deviation(
+    points: Array, heights: Array, climb: tuple[float, float],
+    start: Array, end: Array, centre: Array | None, sweep: float,
+) -> float:  # fmt: skip
+    """Return an upper bound on how far heights (n,) of points (n, 2) are from those of a helix or line, under the map.
+
+    The move is as in `arc_deviation` (`centre` None: straight) and rises evenly from one `climb` to the other.
+
+    >>> square = np.array([[1.0, 0.0], [0.8, 0.7], [0.0, 1.0]])
+    >>> heights, centre = np.array([0.0, 0.4, 1.0]), np.zeros(2)
+    >>> round(climb_deviation(square, heights, (0.0, 1.0), square[0], square[-1], centre, np.pi / 2), 4)
+    0.1493
+    """
+    if centre is None:
+        along = end - start
+        part, uneven = (points - start) @ along / float(along @ along), np.zeros(len(points) - 1)
+    else:
+        x, y = (points - centre).T
+        angle, cross = _turned(x, y, start - centre, sweep)
+        part = angle / abs(sweep)
+        # On a segment the angle grows least where it is farthest from the centre: by at least so much of the average.
+        square, turn = x * x + y * y, np.abs(np.diff(angle))
+        least = np.abs(cross) / np.maximum(turn * np.maximum(square[1:], square[:-1]), 1e-300)
+        uneven = np.where(turn > 0.0, 1.0 - np.minimum(least, 1.0), 0.0)
+    uneven[((part[:-1] < 0.0) != (part[1:] < 0.0)) | ((part[:-1] > 1.0) != (part[1:] > 1.0))] = 1.0
+    there = climb[0] + np.clip(part, 0.0, 1.0) * (climb[1] - climb[0])
+    gap = np.abs(heights - there)
+    between = np.maximum(gap[1:], gap[:-1]) + uneven * np.abs(np.diff(there))
+    return float(max(between.max(), abs(heights[0] - climb[0]), abs(heights[-1] - climb[1])))
+
+
+def _turned(x: Array, y: Array, first: Array, sweep: float) -> tuple[Array, Array]:
+    """Return the angles about the centre from a first arm on, along the sweep, and the products across each segment."""
+    cross = x[:-1] * y[1:] - y[:-1] * x[1:]
+    angle = np.empty(len(x))
+    angle[0] = np.arctan2(first[0] * y[0] - first[1] * x[0], first[0] * x[0] + first[1] * y[0])
+    np.cumsum(np.arctan2(cross, x[:-1] * x[1:] + y[:-1] * y[1:]), out=angle[1:])
+    angle[1:] += angle[0]
+    return (-angle if sweep < 0.0 else angle), cross
 
 
 def _distance(a: Array, b: Array) -> float:

@@ -16,6 +16,8 @@ from cadfit.toolpaths.runs import Toolpath
 from cadfit.toolpaths.splines import Rounding, cubics
 
 _LEAST = 3  # moves in a plane, between others in space, from which it counts
+_EVEN = 0.1  # of the room: how far from even the climb of a helix may be
+_LONGEST = 4096  # moves: where more climb evenly, several parts do
 
 
 class Cut(NamedTuple):
@@ -54,6 +56,13 @@ def arcs(path: Toolpath, tolerance: float, angle: float, rules: Rules, best: boo
             found, far = _flat(path, plane, (start, end), corners, room, rules, exact, best)
         else:
             found, far = _straight(path, (start, end), corners, room, rules, exact)
+            turns: list[Cut] = []
+            off = 0.0
+            for part in _climbs(path, (start, end), room, len(found)):
+                some, apart = _flat(path, 17, part, corners, room, rules, (part[0] == 0, part[1] == last), best)
+                turns, off = turns + some, max(off, apart)
+            if 0 < len(turns) < len(found) and off <= room:
+                found, far = turns, off
         cuts += found
         worst = max(worst, far)
     return cuts, worst + path.off
@@ -93,6 +102,26 @@ def _planes(path: Toolpath) -> list[tuple[int, int, int]]:
     return parts
 
 
+def _climbs(path: Toolpath, part: tuple[int, int], room: float, most: int) -> list[tuple[int, int]]:
+    """Return the parts, at most so many, in which Z changes evenly along X and Y; none where they are not all of it."""
+    (start, end), heights = part, path.points[:, 2]
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path.points[:, :2], axis=0), axis=1)))
+    parts: list[tuple[int, int]] = []
+    if not np.isin(path.planes[start:end], (0, 17)).all():
+        return parts
+    while start < end and len(parts) < most:
+        first, rows = path.begins[start], path.ends[start : min(end, start + _LONGEST)]
+        way, climb = along[rows] - along[first], heights[rows] - heights[first]
+        if way[0] == 0.0:
+            return []
+        low = np.maximum.accumulate((climb - _EVEN * room) / way)
+        high = np.minimum.accumulate((climb + _EVEN * room) / way)
+        stop = start + int(np.flatnonzero((low <= climb / way) & (climb / way <= high))[-1]) + 1
+        parts.append((start, stop))
+        start = stop
+    return parts if start == end else []
+
+
 def _flat(
     path: Toolpath, plane: int, part: tuple[int, int], corners: Ints, room: float, rules: Rules,
     exact: tuple[bool, bool], best: bool,
@@ -101,10 +130,11 @@ def _flat(
     flat = _projected(path, axes, part, corners)
     steps = fewest(flat, room, rules, exact, best)
     first = int(path.begins[part[0]])
-    level = path.points[first, 3 - sum(axes)]
     cuts = []
     for step in steps:
-        place = np.full(3, level)
+        at_end = exact[1] and step.end == len(flat.points) - 1
+        level = flat.height(step.end)
+        place = np.full(3, level if at_end or not np.ptp(flat.heights) else round(level, rules.decimals))
         place[axes] = step.piece.end
         x, y, z = place.tolist()
         cuts.append(Cut(first + step.end, (x, y, z), plane, step.piece))
@@ -120,8 +150,9 @@ def _projected(path: Toolpath, axes: list[int], part: tuple[int, int], corners: 
     turns = np.concatenate([[0.0], np.arctan2(cross, np.einsum("kd,kd->k", before, after)), [0.0]])
     begins, ends = path.begins[some] - first, path.ends[some] - first
     inside = corners[(corners > part[0]) & (corners < part[1])] - part[0]
-    points = path.points[first : int(path.ends[part[1] - 1]) + 1][:, axes]
-    return Flat(points, begins[inside], begins, ends, path.sweeps[some], turns)
+    points = path.points[first : int(path.ends[part[1] - 1]) + 1]
+    heights = points[:, 3 - sum(axes)]
+    return Flat(points[:, axes], begins[inside], begins, ends, path.sweeps[some], turns, heights)
 
 
 def _straight(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, tan
+from math import hypot, inf, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,8 @@ _PER_ARC = 8.0  # nodes in the length of an arc
 _AROUND = 24  # rows of nodes: to each side of where no chain is found, more are tried
 _TRIES = 8
 _WIDEST = 6.2  # radians, of an arc
-_AIMED = 0.99  # of the tolerance: rounding takes some
+_AIMED = 0.99  # of the tolerance: rounding takes some ...
+_TIGHTER = 0.9  # ... and after each try by so much less, as between samples arcs are farther off than at them
 _AT_ONCE = 400  # vertices, or as many as there are from one corner to the next
 
 
@@ -26,7 +27,7 @@ class Flat(NamedTuple):
     """A path in a plane: `points` (n, 2), from move to move; the rows of its `corners`; and what moves it is made of.
 
     `begins`, `ends` (k,): the rows between which each move is; `sweeps` (k,): 0 for lines, of arcs in radians; `turns`
-    (k + 1,): by how much the path turns where each begins, and at the end.
+    (k + 1,): by how much the path turns where each begins, and at the end. `heights` (n,): above the plane.
     """
 
     points: Array
@@ -35,6 +36,7 @@ class Flat(NamedTuple):
     ends: Ints
     sweeps: Array
     turns: Array
+    heights: Array
 
     def part(self, start: int, end: int) -> Flat:
         """Return the path from one vertex, where moves meet, to another."""
@@ -43,13 +45,17 @@ class Flat(NamedTuple):
         turns = np.append(self.turns[:-1][some], 0.0)
         return Flat(
             self.points[start : end + 1], corners, self.begins[some] - start, self.ends[some] - start,
-            self.sweeps[some], turns,
+            self.sweeps[some], turns, self.heights[start : end + 1],
         )  # fmt: skip
 
     def between(self, start: float, end: float) -> Array:
         """Return the polyline between two places: rows of vertices, and parts of the way to the next."""
         inside = self.points[int(np.floor(start)) + 1 : int(np.ceil(end))]
         return np.concatenate([self._at(start), inside, self._at(end)])
+
+    def height(self, place: float) -> float:
+        """Return the height at a place."""
+        return float(np.interp(place, np.arange(len(self.heights)), self.heights))
 
     def _at(self, place: float) -> Array:
         k = min(int(place), len(self.points) - 2)
@@ -106,6 +112,7 @@ def _part(path: Flat, tolerance: float, rules: Rules, exact: tuple[bool, bool], 
             row = int(np.searchsorted(every.rows, nodes.rows[error.args[0]]))
             taken[max(row - around, 0) : row + around] = 1.0
             around *= 2
+            limits = limits._replace(tolerance=_TIGHTER * limits.tolerance)
     return written.own()
 
 
@@ -114,6 +121,7 @@ class _Written:
 
     def __init__(self, path: Flat, tolerance: float, rules: Rules, exact: tuple[bool, bool]) -> None:
         self.path, self.tolerance, self.rules, self.exact = path, tolerance, rules, exact
+        self.climbs = bool(np.ptp(path.heights) > 0.0)
         self.seen: dict[tuple[float, Point, float, Point, float], Step | None] = {}
 
     def judged(self, chain: Chain) -> tuple[list[Step], Array]:
@@ -155,4 +163,14 @@ class _Written:
             piece = written_arc(start, end, centre, sweep, self.rules)
         if piece is None or (piece.centre is not None and piece.radius < 0.99 * self.rules.least_radius):
             return None
-        return Step(to, piece, piece.deviation(self.path.between(at, to)))
+        points = self.path.between(at, to)
+        far = piece.deviation(points)
+        if self.climbs:
+            places = np.concatenate([[at], np.arange(np.floor(at) + 1.0, np.ceil(to)), [to]])
+            heights = np.interp(places, np.arange(len(self.path.heights)), self.path.heights)
+            far = hypot(far, piece.climb_deviation(points, heights, (self._height(at), self._height(to))))
+        return Step(to, piece, far)
+
+    def _height(self, place: float) -> float:
+        """Return the height at a place as it is written; at the path's own ends within half the last digit."""
+        return round(self.path.height(place), self.rules.decimals)

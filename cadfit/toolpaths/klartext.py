@@ -15,7 +15,7 @@ from cadfit.toolpaths.cuts import Cut
 from cadfit.toolpaths.machine import Move
 from cadfit.toolpaths.runs import Run, Toolpath
 from cadfit.toolpaths.words import Block, refuse
-from cadfit.toolpaths.writing import State, number
+from cadfit.toolpaths.writing import State, number, whole
 
 _SAME = {17, 20, 21, 40, 49, 80, 90, 91, 94, 90.1, 91.1}  # what holds there anyway, or is taken into account
 _MOVES = {0, 1, 2, 3}
@@ -36,7 +36,7 @@ class Klartext:
         named = dict(block.words)
         codes = [value for letter, value in block.words if letter == "G"]
         if not self.begun and "O" in named:
-            self.name = f"O{named['O']:g}"
+            self.name = f"O{whole(named['O'])}"
         comment = [f"; {block.comment.strip('();')}"] if block.comment else []
         if block.opaque or block.skippable:
             if block.text.lstrip().startswith("%"):
@@ -90,11 +90,11 @@ class Klartext:
         """Return the blocks of a line's tool, spindle, move and M-codes."""
         found = []
         if "T" in named or "S" in named:
-            tool = f" {named['T']:g} Z" if "T" in named else ""
-            found.append(f"TOOL CALL{tool}" + (f" S{named['S']:g}" if "S" in named else ""))
+            tool = f" {whole(named['T'])} Z" if "T" in named else ""
+            found.append(f"TOOL CALL{tool}" + (f" S{whole(named['S'])}" if "S" in named else ""))
         if any(letter in named for letter in "XYZIJKR"):
             found += self._move(block, move, after)
-        return found + [f"M{value:g}" for letter, value in block.words if letter == "M"]
+        return found + [f"M{whole(value)}" for letter, value in block.words if letter == "M"]
 
     def _move(self, block: Block, move: Move | None, after: State) -> list[str]:
         motion, plane = after
@@ -118,7 +118,7 @@ class Klartext:
         if feed is None or feed == self.feed:
             return ""
         self.feed = feed
-        return f" F{feed:g}"
+        return f" F{whole(feed)}"
 
 
 def _signed(value: float, decimals: int, exact: bool) -> str:

@@ -24,6 +24,7 @@ _AWAY = {  # what makes coordinates mean something else than the tool's place or
     435: {490}, 510: {500}, 511: {501}, 680: {690}, 930: {940, 950},
 }  # fmt: skip
 _CALLS = {97, 98}  # M-codes that go elsewhere
+_MACROS = {650, 660, 661}  # and G-codes that do: what they leave behind is not known
 _STOPS = {2, 30}
 
 
@@ -179,6 +180,8 @@ class Machine:
             self._lost("Z")
         elif code == 800:
             self.motion = None
+        elif code in _MACROS:
+            refuse(line, f"G{code / 10:g} calls a macro that is not followed")
         elif code not in _HARMLESS:
             self.unknown.append((line, f"G{code / 10:g}"))
             self.motion = None

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cadfit.bezier import Array
-from cadfit.toolpaths.channel import arc_deviation, line_deviation
+from cadfit.toolpaths.channel import arc_deviation, climb_deviation, line_deviation
 from cadfit.toolpaths.circles import radii_agree
 
 Point = tuple[float, float]
@@ -42,6 +42,11 @@ class Piece(NamedTuple):
         if self.centre is None:
             return line_deviation(points, start, end)
         return arc_deviation(points, start, end, np.array(self.centre), self.sweep)
+
+    def climb_deviation(self, points: Array, heights: Array, climb: tuple[float, float]) -> float:
+        """Return how far the heights (n,) of points are from those of the move, which climbs evenly, at most."""
+        centre = None if self.centre is None else np.array(self.centre)
+        return climb_deviation(points, heights, climb, np.array(self.start), np.array(self.end), centre, self.sweep)
 
 
 class Rules(NamedTuple):

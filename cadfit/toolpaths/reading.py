@@ -40,5 +40,7 @@ def blocks(program: IO[bytes]) -> Iterator[Block]:
         if block.opaque and block.text.lstrip().startswith("%"):
             marks += 1
         yield block
+    if not line:
+        refuse(1, "the file is empty")
     if marks == 1:
         refuse(line, "the file begins with % and does not end with it: it is cut short")

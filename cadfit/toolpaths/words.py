@@ -8,11 +8,12 @@ from typing import NamedTuple, NoReturn
 _WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
 _WORDS = re.compile(r"(?:[A-Z][+-]?(?:\d+\.?\d*|\.\d+))*")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
-_EXPONENT = re.compile(r"\d\.?[eE][+-]?\d")
+_EXPONENT = re.compile(r"[\d.]+[eE][+-]?\d+")
 _MACRO = re.compile(r"[#\[\]]|^(?:O|IF|WHILE|GOTO|END|DO)\d*(?=[A-Z<\[#])")
 _BLANKS = str.maketrans("", "", " \t")
 _COORDINATES = frozenset("XYZABCUVWEIJKR")
 _FARTHEST = 1e6  # no machine travels farther, in millimetres or inches
+_LARGEST = 1e15  # of any number
 
 # Commands of printers' firmware that are a name and settings; none of these moves the tool or sets a mode.
 _NAMED = (
@@ -115,11 +116,13 @@ def _other(line: int, text: str, code: str, compact: str, comment: str, skippabl
 
 
 def _check(line: int, words: tuple[tuple[str, float], ...]) -> None:
-    """Refuse words that stand twice, and coordinates that no machine reaches."""
+    """Refuse words that stand twice, coordinates that no machine reaches, and numbers that are none."""
     seen = ""
     for letter, value in words:
         if letter in _COORDINATES and not -_FARTHEST <= value <= _FARTHEST:
             refuse(line, f"{letter}{value:g} is beyond {_FARTHEST:g}, farther than any machine travels")
+        if abs(value) > _LARGEST:
+            refuse(line, f"the number of {letter} is beyond {_LARGEST:g}")
         if letter in seen and letter not in "GM":
             refuse(line, f"the word {letter} stands twice")
         seen += letter

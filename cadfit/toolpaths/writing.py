@@ -36,6 +36,15 @@ def number(value: float, decimals: int, exact: bool = False) -> str:
     return "0." if text in ("-0.", "-.", ".") else text
 
 
+def whole(value: float) -> str:
+    """Return the number of a line, a feed or a speed in full, without an idle point.
+
+    >>> whole(1234570.0), whole(1234.56789), whole(0.00001)
+    ('1234570', '1234.56789', '0.00001')
+    """
+    return number(value, _MOST_DIGITS).rstrip(".")
+
+
 def end_of_line(text: str) -> str:
     """Return what ends a line."""
     return text[len(text.rstrip("\r\n")) :] or "\n"
@@ -100,8 +109,8 @@ class Writer:
                 done += float(text) if not modes.extruder_absolute else 0.0
                 words.append(f"E{text}")
             if k == 0 and feed is not None:
-                words.append(f"F{feed:g}")
-            head = [f"N{numbers[k]:g}"] if numbers else []
+                words.append(f"F{whole(feed)}")
+            head = [f"N{whole(numbers[k])}"] if numbers else []
             comment = f" {first.comment}" if first.comment else ""
             lines.append(gap.join(head + words) + comment + end_of_line(first.text))
         return lines
