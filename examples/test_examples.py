@@ -257,6 +257,9 @@ def test_build123d_cases(tmp_path):
     assert fitted["at points"] <= 0.02
     host, ours = found["tube"].values()
     assert not host["valid read back"]
+    assert host["volume read back"] < 0.0, "inside out"
+    assert ours["poles"] < host["poles"]
+    assert ours["off"] <= 2 * 0.01, "the path's tolerance, and the wall's"
     assert ours["valid"]
     assert ours["valid read back"]
     assert ours["volume"] == pytest.approx(1.0, abs=1e-3)

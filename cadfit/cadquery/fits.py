@@ -8,8 +8,8 @@ from typing import TypedDict, Unpack
 import cadquery as cq
 import numpy as np
 from cadquery.cq import VectorLike
-from numpy.typing import ArrayLike
 
+from cadfit.bezier import Array
 from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space
 from cadfit.fitting.approximate import Between, Corners, Effort, fit
 from cadfit.fitting.result import Fit
@@ -39,7 +39,7 @@ class FitOptions(HowToFit, total=False):
 
 
 def fitted(
-    points: Points, tolerance: float, tangents: Sequence[VectorLike] | ArrayLike | None = None, **how: Unpack[HowToFit]
+    points: Points, tolerance: float, tangents: Sequence[VectorLike] | Array | None = None, **how: Unpack[HowToFit]
 ) -> Fit:
     """Return the fit to points, or to an edge or wire, as CadQuery has them; see :meth:`Workplane.fitSpline`."""
     if (shape := curve_of(points)) is not None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TypeAlias
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeAlias
 
 import cadquery as cq
 import numpy as np
 from cadquery.cq import VectorLike
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array
 from cadfit.occt import points_of
 
-Points: TypeAlias = ArrayLike | Iterable[VectorLike | cq.Vertex | cq.Location] | cq.Edge | cq.Wire | cq.Workplane
+Point: TypeAlias = VectorLike | Sequence[float] | NDArray[Any] | cq.Vertex | cq.Location
+Points: TypeAlias = NDArray[Any] | Iterable[Point] | cq.Edge | cq.Wire | cq.Workplane
 """Points in order: tuples, Vectors, Vertices or Locations, an array (n, 2 or 3), or what is on a Workplane's stack.
 
 Where a fit is made, an Edge or a Wire may stand for them.

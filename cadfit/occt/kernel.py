@@ -61,4 +61,4 @@ def building(what: str) -> Iterator[None]:
     except (ValueError, TypeError, OSError):
         raise
     except Exception as error:
-        raise KernelError(f"{what}: {error or type(error).__name__}") from error
+        raise KernelError(f"{what}: {str(error) or type(error).__name__}") from error

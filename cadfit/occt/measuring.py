@@ -95,9 +95,8 @@ def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     if not _is_whole(face):
         raise ValueError("a face is cut out of its surface: measure a mesh of this shape, or ask the kernel")
     surface = BRepAdaptor_Surface(face)
-    parts = 1 if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_BSplineSurface else 4  # of a turn, it may be
-    u, heights = _places(surface.NbUIntervals, surface.UIntervals, parts)
-    v, widths = _places(surface.NbVIntervals, surface.VIntervals, parts)
+    u, heights = _places(surface.NbUIntervals, surface.UIntervals, _parts(surface))
+    v, widths = _places(surface.NbVIntervals, surface.VIntervals, _parts(surface))
     at, along, across, rows = gp_Pnt(), gp_Vec(), gp_Vec(), []
     for here in product(u, v):
         surface.D1(*here, at, along, across)
@@ -105,6 +104,14 @@ def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     values = np.array(rows)
     shares = np.outer(heights, widths).ravel()
     return values[:, :3], shares[:, None] * np.cross(values[:, 3:6], values[:, 6:])
+
+
+def _parts(surface: BRepAdaptor_Surface) -> Callable[[int], int]:
+    """Return into how many parts each span is cut, by the number of spans: where one may be a whole turn, several."""
+    if surface.GetType() != GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
+        return lambda spans: 4
+    rational = surface.IsURational() or surface.IsVRational()
+    return lambda spans: 4 if rational and spans == 1 else 1
 
 
 def _is_whole(face: TopoDS_Face) -> bool:
@@ -122,11 +129,14 @@ def _is_whole(face: TopoDS_Face) -> bool:
     return True
 
 
-def _places(count: Callable[..., int], ends: Callable[..., None], parts: int) -> tuple[list[float], Array]:
-    """Return Gauss' places in each of so many parts between any two knots, and their weights."""
-    knots = Reals(1, count(GeomAbs_Shape.GeomAbs_CN) + 1)
+def _places(
+    count: Callable[..., int], ends: Callable[..., None], parts: Callable[[int], int]
+) -> tuple[list[float], Array]:
+    """Return Gauss' places in each part between any two knots, and their weights."""
+    spans = count(GeomAbs_Shape.GeomAbs_CN)
+    knots = Reals(1, spans + 1)
     ends(knots, GeomAbs_Shape.GeomAbs_CN)
-    knot = np.array([*knots])
-    bounds = np.interp(np.arange((len(knot) - 1) * parts + 1) / parts, np.arange(len(knot)), knot)
+    knot, each = np.array([*knots]), parts(spans)
+    bounds = np.interp(np.arange(spans * each + 1) / each, np.arange(spans + 1), knot)
     half = 0.5 * np.diff(bounds)[:, None]
     return (bounds[:-1, None] + half * (1.0 + _NODES)).ravel().tolist(), (half * _WEIGHTS).ravel()

@@ -2,8 +2,8 @@
 
 CadQuery issue 1014. A leaf, one cubic spline all round: at a kink an inner knot stands four times, which the kernel
 refuses. The importer hides that, and what is left is the hole. Here the same file is read with ezdxf (CadQuery brings
-it), and the spline taken apart at its kinks, exactly: an edge for each smooth part. Writes out/leaf.dxf and
-out/cq_dxf_kinks.png.
+it), and the spline taken apart at its kinks, exactly: an edge for each smooth part; the circle is refitted, within
+0.001. Writes out/leaf.dxf and out/cq_dxf_kinks.png.
 """
 
 import sys
@@ -15,10 +15,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from cadfit import BSpline
-from cadfit.cadquery import from_edge, simplify, to_face, to_wire
+from cadfit.cadquery import from_edge, simplify, to_face
 
-from beside import draw, save, show, timed
+from beside import draw, kernel_spline, save, show, timed
 
+TOLERANCE = 1e-3
 # Six cubic arcs, three to a side; where two meet is a kink.
 TEETH = np.array(
     [[0, 0], [14, 2], [18, 10], [20, 16], [26, 17], [30, 22], [32, 30], [37, 30], [42, 34], [44, 44],
@@ -55,6 +56,22 @@ def splines(entity):
     return found
 
 
+def kept(path, faces, seconds):
+    """Return what came of a file: poles of the splines, and how far places of its curves, by ezdxf, are from edges."""
+    edges = [edge for face in faces for edge in face.Edges()]
+    whole = cq.Compound.makeCompound(edges)
+    drawn = ezdxf.readfile(path).modelspace()
+    places = [cq.Vertex.makeVertex(*place) for entity in drawn for place in entity.flattening(0.01)]
+    return {
+        "faces": len(faces),
+        "edges": len(edges),
+        "area": sum(face.Area() for face in faces),
+        "poles": sum(len(kernel_spline(edge).c) for edge in edges if edge.geomType() == "BSPLINE"),
+        "off": max(place.distance(whole) for place in places),
+        "ms": 1e3 * seconds,
+    }
+
+
 def main(folder):
     Path(folder).mkdir(parents=True, exist_ok=True)
     path = Path(folder) / "leaf.dxf"
@@ -65,19 +82,13 @@ def main(folder):
         entities = ezdxf.readfile(path).modelspace()
         (outline,) = [splines(entity) for entity in entities.query("SPLINE")]
         circles = [cq.Edge.makeCircle(e.dxf.radius, cq.Vector(*e.dxf.center)) for e in entities.query("CIRCLE")]
-        return outline, [simplify(circle, 1e-3, "fast") for circle in circles]
+        return to_face(outline, [from_edge(simplify(circle, TOLERANCE, "fast")) for circle in circles])
 
-    (outline, holes), seconds = timed(ours)
-    wire, face = to_wire(outline), to_face(outline, [from_edge(hole) for hole in holes])
-    part = cq.Workplane(obj=face).wires().toPending().extrude(2)
+    face, seconds = timed(ours)
+    wire, part = face.outerWire(), cq.Workplane(obj=face).wires().toPending().extrude(2)
     rows = {
-        "importers.importDXF": {
-            "faces": len(host.faces().vals()),
-            "edges": len(host.edges().vals()),
-            "area": sum(each.Area() for each in host.faces().vals()),
-            "ms": 1e3 * host_seconds,
-        },
-        "ezdxf, to_face": {"faces": 1, "edges": len(face.Edges()), "area": face.Area(), "ms": 1e3 * seconds},
+        "importers.importDXF": kept(path, host.faces().vals(), host_seconds),
+        "ezdxf, to_face": kept(path, [face], seconds),
     }
     show("a leaf with teeth and a hole, from DXF", rows)
 

@@ -65,6 +65,9 @@ def test_helix(example):
 def test_dxf_kinks(example):
     host, ours = example("dxf_kinks").values()
     assert (host["faces"], host["edges"]) == (1, 1)  # the hole alone
+    assert host["off"] > 40.0
+    assert ours["off"] <= 1e-3
+    assert ours["poles"] <= 6 * 4 + 12
     assert ours["valid"]
     assert ours["edges"] == 7
     assert ours["area"] == pytest.approx(467.6 - np.pi * 1.5**2, abs=0.02)

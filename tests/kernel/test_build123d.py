@@ -277,6 +277,12 @@ def test_errors_show_through_builders(builder):
         FitTube([(0, 0), (1, 1)], 0.1, 0.1)
 
 
+def test_errors_show_through_builders_in_builders():
+    says = "row 1 of the points is not finite"
+    with pytest.raises(ValueError, match=says), b3d.BuildPart(), b3d.BuildSketch(b3d.Plane.XZ), b3d.BuildLine():
+        LocalSpline([(0, 0), (1, float("nan"))])
+
+
 # The same edge
 
 

@@ -16,6 +16,7 @@ from corpus_data import curves, turn
 
 cq = pytest.importorskip("cadquery")
 
+from cadquery import cqgi  # noqa: E402
 from OCP.BRepAdaptor import BRepAdaptor_Curve  # noqa: E402
 from OCP.BRepGProp import BRepGProp  # noqa: E402
 from OCP.GeomAbs import GeomAbs_Shape  # noqa: E402
@@ -560,6 +561,30 @@ def test_what_is_wrong_is_a_value_error_everywhere(points, tolerance, says):
             call(points, tolerance)
 
 
+@pytest.mark.parametrize(
+    "drawing",
+    [
+        "cq.Workplane('XZ').fitSpline(bad, 0.1)",
+        "cq.Workplane().box(1, 1, 1).faces('>Z').workplane().fitProfile(bad, 0.1).cutThruAll()",
+        "cq.Workplane().fitTube(bad, 0.1, 0.1)",
+        "cq.Workplane().pushPoints([(0, 0)]).each(lambda at: fit_edge(bad, 0.1))",
+        "cq.Workplane().pushPoints([(0, 0)]).eachpoint(lambda at: fit_edge(bad, 0.1).moved(at))",
+        "cq.Workplane().invoke(lambda base: base.localSpline(bad))",
+        "cq.Workplane().invoke(fit_spline(bad, 0.1))",
+        "cq.Workplane().sketch().fitProfile(bad, 0.1).finalize().extrude(1)",
+        "cq.Sketch().push([(0, 0)]).each(lambda at: cq.Sketch().fitProfile(bad, 0.1).moved(at))",
+        "cq.Sketch().invoke(lambda sketch: sketch.cardinalSpline(bad))",
+    ],
+)
+def test_errors_show_where_the_host_catches_them(drawing):
+    script = "from cadfit.cadquery import fit_edge, fit_spline, register\n"
+    script += f"register()\nbad = [(0, 0), (1, float('nan')), (2, 0)]\nshow_object({drawing})"
+    built = cqgi.parse(script).build()  # as the host's editor runs scripts, whatever they raise
+    assert not built.success
+    assert type(built.exception) is ValueError
+    assert str(built.exception).startswith("row 1 of the points is not finite")
+
+
 def test_corners_make_no_single_edge():
     with pytest.raises(ValueError, match="4 curves, split at corners"):
         host.fit_edge(SQUARE, 0.01, effort="fast", corners="auto")
@@ -592,6 +617,7 @@ reveal_type(fit_edge([(0.0, 0.0), (1.0, 1.0)], 0.1))
 reveal_type(to_wire(outline.fit))
 Workplane().fitSpline(points, 0.1, betwen="curve")
 fit_edge(points, "0.1", effort="bst")
+fit_edge("points", 0.1)
 """
 
 
@@ -611,4 +637,4 @@ def test_a_users_script_has_types(tmp_path):
         "cadquery.occ_impl.shapes.Wire",
     ]
     errors = [line for line in said.splitlines() if ": error:" in line]
-    assert [line.rsplit("[", 1)[1] for line in errors] == ["call-arg]", "arg-type]", "arg-type]"], said
+    assert [line.rsplit("[", 1)[1] for line in errors] == ["call-arg]", *["arg-type]"] * 3], said

@@ -8,12 +8,14 @@ import pytest
 pytest.importorskip("OCP", reason="needs OCP: install cadfit[build123d] or cadfit[cadquery]")
 
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipe
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
-from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
 
-from cadfit import fit
+from cadfit import fit, local_spline
 from cadfit.bezier import Array
-from cadfit.occt import to_face, tube_solid, volume
+from cadfit.occt import to_face, to_wire, tube_solid, volume
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,15 @@ def test_extruded_and_revolved(outline):
     assert volume(bar) == pytest.approx(7.0 * area, rel=1e-9)
     ring = BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 1.0, 0.0))).Shape()
     assert abs(volume(ring)) == pytest.approx(2.0 * np.pi * moment, rel=1e-9)
+
+
+def test_a_whole_turn_in_one_rational_span():
+    turn = np.linspace(0.0, 2.0 * np.pi, 100, endpoint=False)
+    path = local_spline(np.column_stack([50 * np.cos(turn), 50 * np.sin(turn), 0 * turn]), closed=True)
+    circle = gp_Circ(gp_Ax2(gp_Pnt(*path.poles[0]), gp_Dir(*path.derivative(0.0))), 2.0)
+    disc = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(circle).Edge()).Wire()).Face()
+    ring = BRepOffsetAPI_MakePipe(to_wire([path]), disc).Shape()
+    assert abs(volume(ring)) == pytest.approx(4.0 * np.pi * path.length(), rel=1e-6)
 
 
 def test_a_cut_face_is_refused():
