@@ -22,6 +22,7 @@ _NO_SPEED = 1e-200  # squared: where the curve stands still no residual is along
 _SHIFT = 0.5  # how strongly weight goes to large errors
 _CALM = 0.3  # the same with moving knots, where there are many passes
 _STEPS = 2
+_PATIENCE = 6  # passes over which a rate is taken, at most: to wait for nine found next to nothing more
 _FALLING = np.array([[1.0], [-3.0], [3.0], [-1.0]])  # (1 - x)^3 in powers of x
 
 
@@ -80,25 +81,43 @@ def averaged(goal: Targets, knots: Array, u: Array) -> Curve:
 def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
     """Return the best trial of so many passes, stopping at the first that meets the targets, and strays nowhere.
 
-    A pass solves for the poles (and knots), lets the foot points slide, and shifts weight to the largest errors. Where
+    A pass shifts weight to the largest errors, solves for the poles (and knots), and lets the foot points slide. Where
     the targets are met but the curve strays between them, targets are added. It stops early where the passes left
     would not do at the rate of the last few: most trials fail, so that is where the time goes.
     """
     exponent = min(_CALM + 1.35 / passes, _SHIFT) if move_knots else _SHIFT  # bolder the fewer passes there are
     best = trial = checked(trial)
-    worst, window = [best.worst], 2 + passes // 8
+    worst, window = [best.worst], min(2 + passes // 8, _PATIENCE)
     for left in range(passes, 0, -1):
         gained = worst[-1 - window] - worst[-1] if len(worst) > window else np.inf
         if trial.met or (worst[-1] - 1.0) * window > left * gained:
             break
-        count = len(trial.error)  # sums, since means take several times as long
-        weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
-        weights *= count / np.add.reduce(weights)
-        trial = checked(_passed(trial, weights, move_knots))
+        trial = _shifted(trial, exponent, move_knots)
         if trial.worst < best.worst or len(trial.u) > len(best.u):
             best = trial
         worst.append(best.worst)
     return trial if trial.met else best
+
+
+def settled(trial: Trial, passes: int) -> Trial:
+    """Return the trial of the least largest error among so many passes on from one that meets its targets, knots moved.
+
+    `relax` stops where the targets are met; with knots as good as they get, others can be taken away.
+    """
+    best = trial
+    for _ in range(passes):
+        trial = _shifted(trial, _CALM, True)
+        if trial.met and trial.worst < best.worst:
+            best = trial
+    return best
+
+
+def _shifted(trial: Trial, exponent: float, move_knots: bool) -> Trial:
+    """Return the trial after a pass with weight shifted to the largest errors, as strongly as the exponent says."""
+    count = len(trial.error)  # sums, since means take several times as long
+    weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
+    weights *= count / np.add.reduce(weights)
+    return checked(_passed(trial, weights, move_knots))
 
 
 def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:

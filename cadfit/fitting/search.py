@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cadfit.bezier import Array
-from cadfit.fitting.relax import Trial, looping, relax, start
+from cadfit.fitting.relax import Trial, looping, relax, settled, start
 from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
@@ -18,6 +18,9 @@ _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
 _NEAR = 1.5  # a largest error that other knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
+_SHARE = 0.25  # of the spans: how many are taken away at once, at first
+_FEW_TRIALS, _FEW_PASSES = 8, 8
+_MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 20
 
 
 @stage("adding spans until it holds")
@@ -71,23 +74,23 @@ def _bisected(trial: Trial) -> Array:
 
 
 @stage("taking spans away")
-def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float, progress: Progress = unheard) -> Trial:
-    """Return the trial with as few spans as so many further trials find to meet the targets, knots being moved.
+def few(trial: Trial, progress: Progress = unheard) -> Trial:
+    """Return the trial with as few spans as a few trials find to meet the targets, knots being moved.
 
     Each takes away a share of the spans until one fails, and then half of those that lie between. Where none does, the
     one that failed is tried again from the better knots found since, unless it failed by far.
     """
     least, failed, failed_from, near = 4 if trial.goal.closed else 1, 0, trial, True
     looped = len(looping(trial)) > 0
-    for turn in range(trials):
-        progress(turn / trials)
+    for turn in range(_FEW_TRIALS):
+        progress(turn / _FEW_TRIALS)
         m = trial.curve.spans.count
-        cut = (m - failed) // 2 if failed else min(max(1, round(share * m)), m - least)
+        cut = (m - failed) // 2 if failed else min(max(1, round(_SHARE * m)), m - least)
         if failed == m - 1 and near and failed_from is not trial:
             cut = 1
         if m <= least or cut < 1:
             break
-        fewer = _with_fewer(trial, m - cut, passes, exchanges if m - cut > least else 0)
+        fewer = _with_fewer(trial, m - cut, _FEW_PASSES)
         loops = fewer.met and len(looping(fewer)) > 0
         if fewer.met and (looped or not loops):
             trial, looped = fewer, loops
@@ -98,20 +101,55 @@ def fewest(trial: Trial, passes: int, trials: int, exchanges: int, share: float,
     return trial
 
 
-def _with_fewer(trial: Trial, m: int, passes: int, exchanges: int) -> Trial:
-    """Return the best found with m spans. While it misses, knots are exchanged as long as the largest error falls."""
+@stage("taking spans away")
+def fewest(trial: Trial, progress: Progress = unheard) -> Trial:
+    """Return the trial with as few spans as many trials find to meet the targets, knots being moved and exchanged.
+
+    Each takes away a share of the spans, half of it after one failed. Where it fails with one span less, the knots are
+    moved to where the largest error is least, and it is tried once more from there.
+    """
+    least, cut, fresh = 4 if trial.goal.closed else 1, trial.curve.spans.count, True
+    looped = len(looping(trial)) > 0
+    for turn in range(_MANY_TRIALS):
+        progress(turn / _MANY_TRIALS)
+        m = trial.curve.spans.count
+        cut = min(cut, max(1, round(_SHARE * m)), m - least)
+        if cut < 1:
+            break
+        fewer = _with_fewer(trial, m - cut, _MANY_PASSES)
+        if m - cut > least:
+            fewer = _with_exchanges(fewer)
+        loops = fewer.met and len(looping(fewer)) > 0
+        if fewer.met and (looped or not loops):
+            trial, looped, fresh = fewer, loops, True
+        elif fewer.worst > _HOPELESS:
+            least, cut = m - cut + 1, cut // 2
+        elif cut == 1 and fresh:
+            better, fresh = settled(trial, _SETTLING), False
+            trial = better if looped or not len(looping(better)) else trial
+        else:
+            cut //= 2
+    return trial
+
+
+def _with_fewer(trial: Trial, m: int, passes: int) -> Trial:
+    """Return what so many passes make of the better of two starts with m spans."""
     fewer = start(trial.goal, by_removal(trial, m), trial.u)
     if fewer.worst > 1.0:
         fewer = min(fewer, start(trial.goal, by_jumps(trial, m), trial.u), key=_promise)
-    fewer = relax(fewer, passes, move_knots=True)
-    for _ in range(exchanges):
-        if fewer.met:
+    return relax(fewer, passes, move_knots=True)
+
+
+def _with_exchanges(trial: Trial) -> Trial:
+    """Return the trial; where it misses its targets, with knots exchanged as long as the largest error falls."""
+    for _ in range(_EXCHANGES):
+        if trial.met:
             break
-        other = relax(start(fewer.goal, exchanged(fewer), fewer.u), passes, move_knots=True)
-        if not other.met and other.worst >= fewer.worst:
+        other = relax(start(trial.goal, exchanged(trial), trial.u), _MANY_PASSES, move_knots=True)
+        if not other.met and other.worst >= trial.worst:
             break
-        fewer = other
-    return fewer
+        trial = other
+    return trial
 
 
 def _promise(trial: Trial) -> float:

@@ -13,7 +13,7 @@ from cadfit.fitting.checking import Check, Stretch, checked
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
-from cadfit.fitting.search import fewest, grow
+from cadfit.fitting.search import few, fewest, grow
 from cadfit.fitting.spans import Curve
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.taut import thinned, tightened
@@ -23,8 +23,7 @@ from cadfit.stages import Progress, portion, stage
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
-_FAST, _BEST = (8, 8, 0, 0.25), (60, 16, 8, 0.25)  # passes, trials, exchanges of knots, spans taken away at once
-_GROWN, _QUICK, _NEARLY = 0.1, 0.2, 0.8  # of the time, about: where the curve holds, has few spans, waits for a check
+_GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _ROUNDS = 12  # of mending what a check finds
 _EPS = float(np.finfo(np.float64).eps)
@@ -126,11 +125,12 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
     goal = stretch.goal(rows)
     first = np.linspace(0.0, goal.period, 5 if goal.closed else 2)
     trial = grow(goal, first, goal.u, portion(progress, 0.0, _GROWN), stretch.most)
-    progress(_GROWN)
+    taken_away, searching = fewest if best else few, portion(progress, _GROWN, _NEARLY)
+    searching(0.0)
     if stretch.polyline and not trial.met:
         return None
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, _fewest(trial, best, progress), rows, progress)
+        fewer, _ = _mended(stretch, taken_away(trial, searching), rows, progress)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
     grown, rows = _mended(stretch, trial, rows, progress)
@@ -140,7 +140,7 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, _fewest(grown.trial, best, progress), rows, progress)
+    fewer, _ = _mended(stretch, taken_away(grown.trial, searching), rows, progress)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
 
 
@@ -158,15 +158,6 @@ def _rounded(stretch: Stretch, progress: Progress) -> Check:
         if check.passed:
             return check
     return sure
-
-
-def _fewest(trial: Trial, best: bool, progress: Progress) -> Trial:
-    """Return the trial with fewer spans: what is quickly found, and from there what more time finds."""
-    quick = _QUICK if best else _NEARLY
-    trial = fewest(trial, *_FAST, portion(progress, _GROWN, quick))
-    trial = fewest(trial, *_BEST, portion(progress, quick, _NEARLY)) if best else trial
-    progress(_NEARLY)
-    return trial
 
 
 def _mended(stretch: Stretch, trial: Trial, rows: Ints, progress: Progress) -> tuple[Check, Ints]:
