@@ -22,7 +22,7 @@ _NO_SPEED = 1e-200  # squared: where the curve stands still no residual is along
 _SHIFT = 0.5  # how strongly weight goes to large errors
 _CALM = 0.3  # the same with moving knots, where there are many passes
 _STEPS = 2
-_PATIENCE = 5  # passes over which a rate is taken, at most: waiting for nine found next to nothing more
+_PATIENCE = 6  # passes over which a rate is taken, at most: to wait for nine found next to nothing more
 _FALLING = np.array([[1.0], [-3.0], [3.0], [-1.0]])  # (1 - x)^3 in powers of x
 
 
