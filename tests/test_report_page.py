@@ -51,7 +51,7 @@ def readout(browser):
 
 
 FITS = Made(
-    flat=lambda: cadfit.fit(WAVE[:, :2], 0.005),
+    flat=lambda: cadfit.fit(WAVE[:, :2], 0.005, corners=None),
     space=lambda: cadfit.fit(WAVE, 0.08),
     cornered=lambda: cadfit.fit(SQUARE, 0.01, closed=True),
 )
