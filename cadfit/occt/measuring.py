@@ -95,8 +95,8 @@ def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     if not _is_whole(face):
         raise ValueError("a face is cut out of its surface: measure a mesh of this shape, or ask the kernel")
     surface = BRepAdaptor_Surface(face)
-    u, heights = _places(surface.NbUIntervals, surface.UIntervals, _parts(surface))
-    v, widths = _places(surface.NbVIntervals, surface.VIntervals, _parts(surface))
+    u, heights = _places(surface, surface.NbUIntervals, surface.UIntervals)
+    v, widths = _places(surface, surface.NbVIntervals, surface.VIntervals)
     at, along, across, rows = gp_Pnt(), gp_Vec(), gp_Vec(), []
     for here in product(u, v):
         surface.D1(*here, at, along, across)
@@ -106,12 +106,11 @@ def _patch(face: TopoDS_Face) -> tuple[Array, Array]:
     return values[:, :3], shares[:, None] * np.cross(values[:, 3:6], values[:, 6:])
 
 
-def _parts(surface: BRepAdaptor_Surface) -> Callable[[int], int]:
-    """Return into how many parts each span is cut, by the number of spans: where one may be a whole turn, several."""
+def _parts(surface: BRepAdaptor_Surface, spans: int) -> int:
+    """Return into how many parts each of so many spans is cut: several where one may be a whole turn."""
     if surface.GetType() != GeomAbs_SurfaceType.GeomAbs_BSplineSurface:
-        return lambda spans: 4
-    rational = surface.IsURational() or surface.IsVRational()
-    return lambda spans: 4 if rational and spans == 1 else 1
+        return 4
+    return 4 if spans == 1 and (surface.IsURational() or surface.IsVRational()) else 1
 
 
 def _is_whole(face: TopoDS_Face) -> bool:
@@ -130,13 +129,13 @@ def _is_whole(face: TopoDS_Face) -> bool:
 
 
 def _places(
-    count: Callable[..., int], ends: Callable[..., None], parts: Callable[[int], int]
+    surface: BRepAdaptor_Surface, count: Callable[..., int], ends: Callable[..., None]
 ) -> tuple[list[float], Array]:
-    """Return Gauss' places in each part between any two knots, and their weights."""
+    """Return Gauss' places in each part between any two knots of one direction, and their weights."""
     spans = count(GeomAbs_Shape.GeomAbs_CN)
     knots = Reals(1, spans + 1)
     ends(knots, GeomAbs_Shape.GeomAbs_CN)
-    knot, each = np.array([*knots]), parts(spans)
+    knot, each = np.array([*knots]), _parts(surface, spans)
     bounds = np.interp(np.arange(spans * each + 1) / each, np.arange(spans + 1), knot)
     half = 0.5 * np.diff(bounds)[:, None]
     return (bounds[:-1, None] + half * (1.0 + _NODES)).ravel().tolist(), (half * _WEIGHTS).ravel()

@@ -133,7 +133,7 @@ def _flat(
     cuts = []
     for step in steps:
         at_end = exact[1] and step.end == len(flat.points) - 1
-        level = flat.height(step.end)
+        level = float(flat.height(step.end))
         place = np.full(3, level if at_end or not np.ptp(flat.heights) else round(level, rules.decimals))
         place[axes] = step.piece.end
         x, y, z = place.tolist()

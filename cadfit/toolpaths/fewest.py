@@ -6,6 +6,7 @@ from math import hypot, inf, tan
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cadfit.arcing.chain import Layer
 from cadfit.arcing.polyline import chosen, kept, lines, sampled, share
@@ -53,9 +54,9 @@ class Flat(NamedTuple):
         inside = self.points[int(np.floor(start)) + 1 : int(np.ceil(end))]
         return np.concatenate([self._at(start), inside, self._at(end)])
 
-    def height(self, place: float) -> float:
-        """Return the height at a place."""
-        return float(np.interp(place, np.arange(len(self.heights)), self.heights))
+    def height(self, places: ArrayLike) -> Array:
+        """Return the heights at places (...)."""
+        return np.asarray(np.interp(np.asarray(places, float), np.arange(len(self.heights)), self.heights))
 
     def _at(self, place: float) -> Array:
         k = min(int(place), len(self.points) - 2)
@@ -167,10 +168,10 @@ class _Written:
         far = piece.deviation(points)
         if self.climbs:
             places = np.concatenate([[at], np.arange(np.floor(at) + 1.0, np.ceil(to)), [to]])
-            heights = np.interp(places, np.arange(len(self.path.heights)), self.path.heights)
-            far = hypot(far, piece.climb_deviation(points, heights, (self._height(at), self._height(to))))
+            climb = self._height(at), self._height(to)
+            far = hypot(far, piece.climb_deviation(points, self.path.height(places), climb))
         return Step(to, piece, far)
 
     def _height(self, place: float) -> float:
         """Return the height at a place as it is written; at the path's own ends within half the last digit."""
-        return round(self.path.height(place), self.rules.decimals)
+        return round(float(self.path.height(place)), self.rules.decimals)
