@@ -311,7 +311,7 @@ def test_what_an_executor_loses_is_handed_to_it_once_more():
 @posix
 def test_dask_with_a_worker_killed_midway(tmp_path):
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
     with (
         distributed.LocalCluster(**options, local_directory=tmp_path) as cluster,
         distributed.Client(cluster) as client,
