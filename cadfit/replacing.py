@@ -22,8 +22,8 @@ def replacing(path: Path) -> Iterator[Path]:
     beside = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(4)}{target.suffix}")
     try:
         _refuse(target)
-        beside.open("xb").close()
         try:
+            beside.open("xb").close()  # in here, or an interruption right after it would leave it
             yield beside
             if target.exists():
                 shutil.copymode(target, beside)

@@ -5,12 +5,14 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import cadfit
 from cadfit.cli import main
+from cadfit.replacing import replacing
 
 from batch_jobs import alive
 
@@ -68,6 +70,22 @@ def test_interrupted_when_all_but_the_name_is_written(here, monkeypatch, capsys,
     assert held(here) == before
     assert main(arguments(case)) == 0  # the same, left alone, writes them
     assert all(held(here)[path] != b"old" for path in before if str(path) in arguments(case) and path.stem == "old")
+
+
+def test_interrupted_when_the_new_file_is_just_made(here, monkeypatch):
+    before, made = held(here), []
+
+    def interrupted(path, mode):
+        open(path, mode).close()
+        made.append(path)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "open", interrupted)
+        with pytest.raises(KeyboardInterrupt), replacing(here / "old.nc"):
+            pass
+    assert made
+    assert held(here) == before
 
 
 def heeding_ctrl_c():
