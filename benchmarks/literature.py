@@ -16,6 +16,7 @@ import numpy as np
 from rich.progress import track
 
 import cadfit
+import cadfit.occt.approximating  # here, or OCCT's time is that of importing it
 
 from limited import limited
 from nurbs import approximate
