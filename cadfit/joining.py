@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 
+_LONG = 1e4  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
+
 
 def join(curves: BSpline | Sequence[BSpline], tolerance: float = 1e-9) -> BSpline:
     """Return curves that follow each other end to end as one B-spline, with a triple knot at each joint.
@@ -97,7 +99,28 @@ def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
     head = [start(a, a, a), start(a, a, t[3]), start(a, t[3], t[4])]
     tail = [end(t[n], t[n + 1], b), end(t[n + 1], b, b), head[0]]
     clamped = np.concatenate([head, poles[2 : n - 1], tail]) if n > 3 else np.array(head + tail)
+    bend = _second_at_seam(poles, t)
+    clamped[:3] = _bent(clamped[:3], t[3] - a, t[4] - a, bend)
+    clamped[:-4:-1] = _bent(clamped[:-4:-1], a - t[1], a - t[0], bend)
     return BSpline(clamped, np.concatenate([[a] * 3, knots, [b] * 3]))
+
+
+def _second_at_seam(poles: Array, t: Array) -> Array:
+    """Return the second derivative at t[2] of periodic poles, as the poles themselves have it: nothing cancels."""
+    before, after = (poles[0] - poles[-1]) / (t[3] - t[0]), (poles[1] - poles[0]) / (t[4] - t[1])
+    return np.asarray(6.0 * (after - before) / (t[3] - t[1]))
+
+
+def _bent(three: Array, h: float, both: float, bend: Array) -> Array:
+    """Return the poles (3, d) next to a clamped end, the third set for the second derivative `bend` there.
+
+    On a short span h the last bit of the second pole changes that by more than the last bit of the third can. Where it
+    is so much shorter than `both` spans that the third would move visibly, it stays.
+    """
+    end, near, third = three
+    if both < _LONG * h:
+        third = near + both * ((near - end) / h + bend * h / 6.0)
+    return np.array([end, near, third])
 
 
 def _polar(four: Array, t: Array) -> Callable[[float, float, float], Array]:

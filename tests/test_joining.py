@@ -1,5 +1,7 @@
 """Curves joined end to end, and closed curves from one period, against the textbook on unrolled knots."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -114,6 +116,22 @@ def test_a_period_is_closed_and_c2_across_its_seam(period):
         wrapped = np.ptp(period[1]) / spans.min()  # the knots beyond the seam are rounded at the period's size
         allowed = 16 * EPS * magnitude(curve) * wrapped / spans.min() ** order
         np.testing.assert_allclose(end, start, rtol=0, atol=allowed)
+
+
+def exact_second(poles, knots):
+    """The second derivative at the start of a clamped spline whose poles and knots are taken as they are, unrounded."""
+    rows, (a, b, c) = [[Fraction(x) for x in row] for row in poles[:3]], [Fraction(x) for x in knots[3:6]]
+    return [6 / (b - a) * ((z - y) / (c - a) - (y - x) / (b - a)) for x, y, z in zip(*rows, strict=True)]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_short_span_at_the_seam_does_not_round_the_second_derivative_away(seed):
+    steps = np.array([0.01, 1.0, 1.2, 0.9, 1.1, 0.02]) * np.random.default_rng(seed).uniform(0.9, 1.1, 6)
+    turn = 2 * np.pi * np.append(0.0, steps.cumsum()) / steps.sum()
+    curve = periodic(10 * np.stack([np.cos(turn[:-1]), np.sin(turn[:-1])], axis=1) + 7, turn)
+    start, end = exact_second(curve.poles, curve.knots), exact_second(curve.poles[::-1], -curve.knots[::-1])
+    bound = 4 * EPS * curve.size / np.diff(turn).min()  # the second pole's last bit would count by its square
+    assert max(abs(a - b) for a, b in zip(start, end, strict=True)) < bound
 
 
 def test_even_periods_do_not_care_where_they_begin():

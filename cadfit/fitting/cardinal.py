@@ -131,7 +131,7 @@ def _uniform_spline(control: Array, closed: bool) -> BSpline:
     if closed:
         return periodic(control[:-1], np.arange(float(len(control))))
     knots = np.arange(-3.0, len(control) + 1.0)
-    np.clip(knots, 0.0, len(control) - 3.0, out=knots)
+    knots[:3], knots[-3:] = 0.0, len(control) - 3.0
     return BSpline(own(control), own(knots))
 
 

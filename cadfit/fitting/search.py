@@ -20,7 +20,7 @@ _NEAR = 1.5  # a largest error that other knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 _SHARE = 0.25  # of the spans: how many are taken away at once, at first
 _FEW_TRIALS, _FEW_PASSES = 8, 8
-_MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 20
+_MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
 
 
 @stage("adding spans until it holds")

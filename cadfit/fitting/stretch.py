@@ -14,7 +14,7 @@ from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
 from cadfit.fitting.search import few, fewest, grow
-from cadfit.fitting.spans import Curve
+from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.taut import thinned, tightened
 from cadfit.fitting.thinned import carried, more_rows, spread
@@ -52,11 +52,12 @@ def fit_stretch(
         tangents = None if last is None else -last, None if first is None else -first
     stretch = Stretch(unit, near, closed, polyline, weights[order] / weights[order].mean(), tangents)
     curve, u = _as_given(_found(stretch, best, progress), order, flipped)
-    spline, low = curve.spans.spline(curve.poles), curve.spans.knots[0]
-    poles = spline.poles * size + origin
+    low = curve.spans.knots[0]
+    poles = curve.poles * size + origin[:, None]
     if not closed:
-        poles[0], poles[-1] = points[0], points[-1]
-    spline, u = BSpline(own(poles), own((spline.knots - low) * size)), (u - low) * size
+        poles[:, 0], poles[:, -1] = points[0], points[-1]
+    spline = Spans((curve.spans.knots - low) * size, closed).spline(poles)
+    u = (u - low) * size
     return spline, np.clip(u % spline.domain[1] if closed else u, *spline.domain)
 
 
