@@ -108,3 +108,15 @@ def test_true_corners_of_real_outlines_are_found(tolerance):
 def test_smooth_real_curves_have_none(shape, tolerance):
     corners = find_corners(shape.points, tolerance * shape.size, shape.closed)
     assert len(corners) <= 0.01 * len(shape.points)
+
+
+def test_a_cusp_between_two_points_is_found_the_same_wherever_rounding_puts_it():
+    """Two turns are equal but for rounding there: both points are corners, however the points are scaled and turned."""
+    t = np.linspace(0.0, 8.0 * np.pi, 400)
+    cycloid = np.column_stack([t - np.sin(t), 1.0 - np.cos(t)])
+    expected = find_corners(cycloid, 2.5e-3)
+    assert {199, 200} <= set(expected.tolist())
+    for k in range(20):
+        turned = 10.0 ** (k - 10) * cycloid @ rotation(2, k).T
+        assert find_corners(turned, 2.5e-3 * 10.0 ** (k - 10)).tolist() == expected.tolist()
+    assert (399 - find_corners(cycloid[::-1], 2.5e-3))[::-1].tolist() == expected.tolist()

@@ -11,6 +11,7 @@ from cadfit.points.clean import as_contour
 _LEAST_TURN = np.radians(30.0)
 _STANDS_OUT = 3.0  # times the turns next to it
 _ARM = 6.0  # tolerances: over less, noise within the tolerance could turn by more than the least turn
+_EQUAL = 1e-7  # radians: turns that differ by less differ by rounding, and neither is the larger
 _STRAIGHT = 0.9  # chord to length of an arm: a lower ratio is a bend, or noise
 
 
@@ -45,11 +46,12 @@ def find_corners(points: ArrayLike, tolerance: float, closed: bool = False, angl
         corner &= turns > _STANDS_OUT * np.maximum(turns[behind], turns[ahead])
     turns = np.append(np.where(straight, turns, 0.0), 0.0)
     rows = np.arange(len(path))
-    corner &= (turns[:-1] >= turns[1:]) | (ahead == rows + 1)
-    corner &= (turns[:-1] >= np.roll(turns, 1)[:-1]) | (behind == rows - 1)
+    least = turns - _EQUAL
+    corner &= (turns[:-1] >= least[1:]) | (ahead == rows + 1)
+    corner &= (turns[:-1] >= np.roll(least, 1)[:-1]) | (behind == rows - 1)
     found = np.flatnonzero(corner)
     within = np.stack([behind[found] + 1, np.maximum(ahead[found], behind[found] + 2)], axis=1)
-    found = found[turns[found] >= np.maximum.reduceat(turns, within.ravel())[::2]] if len(found) else found
+    found = found[turns[found] >= np.maximum.reduceat(least, within.ravel())[::2]] if len(found) else found
     return found[(found >= n) & (found < 2 * n)] - n if closed else found
 
 
