@@ -134,11 +134,16 @@ def corners_of(text: str) -> Any:
     if text in ("auto", "none"):
         return "auto" if text == "auto" else None
     try:
-        return [int(row) for row in text.split(",") if row.strip()] if "," in text else float(np.radians(float(text)))
+        found = [int(row) for row in text.split(",") if row.strip()] if "," in text else float(text)
     except ValueError:
         raise ValueError(
             f"--corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not {text!r}"
         ) from None
+    if isinstance(found, list):
+        return found
+    if not 0.0 < found <= 180.0:
+        raise ValueError(f"--corners: an angle must be above 0 and at most 180 degrees, not {text}")
+    return float(np.radians(found))
 
 
 def _dominant(points: Array, how: How, progress: Callable[[float], None] | None) -> Made:

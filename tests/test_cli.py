@@ -223,6 +223,10 @@ MISTAKES = {
         ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", "some"],
         "helix.csv: --corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not 'some'",
     ),
+    "a corner's angle": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", "200"],
+        "helix.csv: --corners: an angle must be above 0 and at most 180 degrees, not 200",
+    ),
     "corners out of range": (
         ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", "3,99"],
         "helix.csv: corners must be rows of the points, 0 to 39",
