@@ -61,9 +61,12 @@ def measured(fit, points, closed, between="curve"):
         places = curve(np.where(at > high, at - (high - low), at))
         strays[rows] = to_segment(places, around[:-1][rows], around[1:][rows]).max(axis=1)
     if between == "curve":
+        shape = (
+            centred if np.all(np.any(np.diff(centred, axis=0), axis=1)) else points
+        )  # where rounding has merged some
         for rows in stretches(len(points), fit.corners, closed):
             whole = closed and not len(fit.corners)
-            allowed[rows if whole else rows[:-1]] += _BULGE * bulges(centred[rows], whole)
+            allowed[rows if whole else rows[:-1]] += _BULGE * bulges(shape[rows], whole)
     return far, strays, allowed
 
 
@@ -127,7 +130,8 @@ def to_segment(places, starts, ends):
     """Distances (chords, k) of places (chords, k, d) from the segments between starts and ends (chords, d)."""
     along = (ends - starts)[:, None]
     gap = places - starts[:, None]
-    place = np.sum(gap * along, axis=2) / np.sum(along * along, axis=2)
+    square = np.sum(along * along, axis=2)
+    place = np.sum(gap * along, axis=2) / np.where(square > 0.0, square, 1.0)
     return np.linalg.norm(gap - np.clip(place, 0.0, 1.0)[..., None] * along, axis=2)
 
 

@@ -218,6 +218,52 @@ def test_repeats_are_dropped_and_counted_and_corners_given_in_the_callers_rows()
     assert fit.corners.tolist() == [0, 1, 2, 3]
 
 
+@pytest.mark.parametrize("between", ["curve", "polyline"])
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-5])
+@pytest.mark.parametrize("start", [0, 20, 24])
+def test_a_slot_whose_arcs_and_lines_meet_but_for_rounding_is_fitted(between, tolerance, start):
+    half = np.linspace(-np.pi / 2, np.pi / 2, 24)
+    arc = 3.0 * np.column_stack([np.cos(half), np.sin(half)])  # from 1.8e-16, -3 to 1.8e-16, 3
+    slot = np.roll(np.vstack([arc, [[0, 3]], [-20, 0] - arc, [[0, -3]]]), -start, axis=0)
+    fit = cadfit.fit(slot, tolerance, closed=True, between=between, effort="fast")
+    assert violations(fit, slot, True, between) == []
+    assert fit.poles <= 3 * len(slot) + 3
+
+
+@pytest.mark.parametrize("start", [0, 1, 59, 118])
+def test_two_ends_that_are_one_but_for_rounding_make_one_corner(start):
+    x = 0.5 * (1.0 + np.cos(np.linspace(0.0, np.pi, 60)))
+    y = 0.6 * (0.2969 * np.sqrt(x) + x * (-0.126 + x * (-0.3516 + x * (0.2843 - 0.1036 * x))))
+    y[0] = 1.2e-17
+    foil = np.roll(np.vstack([np.column_stack([x, y]), np.column_stack([x, -y])[-2::-1]]), -start, axis=0)
+    fit = cadfit.fit(foil, 1e-3, closed=True, effort="fast")
+    assert len(fit.corners) == len(fit.curves) == 1
+    assert violations(fit, foil, True) == []
+
+
+def test_points_that_are_one_but_for_rounding_at_the_ends_and_the_seam_are_passed_in_order():
+    around = turn(60, 10.0)
+    nudged = np.vstack([around[:1] + [0, 1e-15], around, around[:1] - [0, 2e-15]])
+    for points, closed in ((nudged, True), (np.roll(nudged, 20, axis=0), True), (nudged[:40], False)):
+        fit = cadfit.fit(points, 1e-3, closed=closed, effort="fast")
+        assert violations(fit, points, closed) == []
+    arch = np.vstack([around[:30], around[29:30] + [0, 1e-15]])
+    fit = cadfit.fit(arch, 1e-3, effort="fast")
+    assert violations(fit, arch, False) == []
+
+
+def test_a_contour_smaller_than_rounding_is_refused_by_name():
+    with pytest.raises(ValueError, match="float64 tells apart"):
+        cadfit.fit([(1, 0), (1, 1e-30), (1 + 2e-16, 0)], 1e-12, closed=True)
+    assert cadfit.fit([(1, 0), (1, 1e-30), (1, 2e-30)], 1e-12).deviation.points < 1e-12
+
+
+@pytest.mark.parametrize("size", [1e-170, 1e-80, 1e80, 1e300])
+def test_sizes_whose_squares_float64_does_not_hold_are_refused(size):
+    with pytest.raises(ValueError, match=r"the points' size must be above 1e-60.*: scale them"):
+        cadfit.fit(size * turn(20), 1e-3 * size, closed=True)
+
+
 def test_ends_have_the_tangents_asked_for():
     points = turn(60, 10.0)[:20]
     tangents = np.array([[0.1, 1.0], [-3.0, 0.2]])

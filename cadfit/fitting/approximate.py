@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
+from cadfit.fitting.apart import corners_apart, fit_apart, nearness
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit, written
-from cadfit.fitting.stretch import fit_stretch
 from cadfit.points.clean import clean
 from cadfit.points.corners import find_corners
 from cadfit.stages import Progress, portion, rising, stage
@@ -21,6 +21,7 @@ Effort = Literal["fast", "best"]
 Corners = Literal["auto"] | float | ArrayLike | None
 
 _POLYLINE_CORNER = float(np.radians(35.0))  # a vertex of the shape need not stand out from its neighbours
+_LARGEST = 1e60  # of coordinates: fifth powers of lengths are computed
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -65,6 +66,7 @@ def fit(
     with stage("cleaning the points"):
         cleaned = clean(points, closed)
     given = cleaned.points
+    _check_size(given)
     least = smallest_tolerance(given)
     if not tolerance >= least or not np.isfinite(tolerance):
         raise ValueError(f"the tolerance must be at least {least:.3g} for points of this size, not {tolerance}")
@@ -72,6 +74,8 @@ def fit(
     tangents = _tangents(end_tangents, given, cleaned.closed)
     with stage("finding corners"):
         at = _corners(corners, given, tolerance, cleaned.closed, between == "polyline", cleaned.kept)
+        near = nearness(given, tolerance)
+        at = corners_apart(at, stretches(len(given), at, cleaned.closed), given, near, cleaned.closed)
     parts = stretches(len(given), at, cleaned.closed)
     smooth, polyline, best = cleaned.closed and not len(at), between == "polyline", effort == "best"
     heard = rising(progress)
@@ -79,7 +83,7 @@ def fit(
     for k, rows in enumerate(parts):
         ends = (tangents[0] if k == 0 else None, tangents[1] if k == len(parts) - 1 else None)
         part_done = portion(heard, k / len(parts), (k + 1) / len(parts))
-        curve, u = fit_stretch(given[rows], tolerance, smooth, polyline, best, weight[rows], ends, part_done)
+        curve, u = fit_apart(given[rows], tolerance, near, smooth, polyline, best, weight[rows], ends, part_done)
         curve = BSpline(curve.poles, curve.knots - curve.knots[0] + start) if start else curve
         parameters[rows[: len(u)]] = u + start
         start = curve.domain[1]
@@ -101,6 +105,16 @@ def check_choices(between: str, effort: str) -> None:
         raise ValueError(f"between must be one of {get_args(Between)}, not {between!r}")
     if effort not in get_args(Effort):
         raise ValueError(f"effort must be one of {get_args(Effort)}, not {effort!r}")
+
+
+def _check_size(points: Array) -> None:
+    """Raise ValueError for points whose distances float64 cannot square, nor the squares multiply."""
+    largest, size = float(np.abs(points).max()), float(np.max(points.max(axis=0) - points.min(axis=0)))
+    if not (size > 1.0 / _LARGEST and largest < _LARGEST):
+        raise ValueError(
+            f"the points' size must be above {1.0 / _LARGEST:g}, and their coordinates below {_LARGEST:g}; they are "
+            f"{size:.3g} and {largest:.3g}: scale them"
+        )
 
 
 def smallest_tolerance(points: Array) -> float:

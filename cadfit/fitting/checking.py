@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
@@ -27,7 +28,9 @@ _NONE = np.zeros(0, dtype=np.intp)
 class Stretch:
     """Points (n, d) about their middle at unit size, and what the fit is held to there.
 
-    `weights` (n,): of the points in the least squares. `tangents`: directions at the two ends, where given.
+    `weights` (n,): of the points in the least squares. `doubled` (n,): where several are all but equal, and one stands
+    for them: the cardinal curve through all would hold there, so the fit has less room beside. `tangents`: directions
+    at the two ends, where given.
     """
 
     points: Array
@@ -35,12 +38,22 @@ class Stretch:
     closed: bool
     polyline: bool
     weights: Array
+    doubled: NDArray[np.bool_]
     tangents: tuple[Array | None, Array | None]
+
+    @cached_property
+    def chain(self) -> Array:
+        """The curve between the points that says how far the fit may stray: Bézier pieces (chords, 4, d)."""
+        chain = chain_of(self.points, self.closed, self.polyline)
+        if self.doubled.any() and not self.polyline:
+            before, after = np.roll(self.doubled, -1)[: len(chain)], self.doubled[: len(chain)]
+            chain[before, 2], chain[after, 1] = chain[before, 3], chain[after, 0]
+        return chain
 
     @cached_property
     def room(self) -> Array:
         """How far the curve may stray from each chord (chords,)."""
-        return room_of(chain_of(self.points, self.closed, self.polyline), self.tolerance)
+        return room_of(self.chain, self.tolerance)
 
     @property
     def most(self) -> float:
@@ -49,15 +62,16 @@ class Stretch:
 
     def goal(self, rows: Ints) -> Targets:
         """Return the targets that some of the points make; all of them with samples of the chain between."""
-        chain, weights = chain_of(self.points[rows], self.closed, self.polyline), self.weights[rows]
+        weights = self.weights[rows]
         if len(rows) < len(self.points):
+            chain = chain_of(self.points[rows], self.closed, self.polyline)
             tolerance = SURER * self.tolerance
             room = self.tolerance + BULGE * self._left_out(rows)
             return targets(
                 self.points[rows], chain, room, tolerance, weights, self.closed, self.polyline, self.tangents
             )
         goal = targets(
-            self.points, chain, self.room, self.tolerance, weights, self.closed, self.polyline, self.tangents
+            self.points, self.chain, self.room, self.tolerance, weights, self.closed, self.polyline, self.tangents
         )
         return with_samples(goal)
 

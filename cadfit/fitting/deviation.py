@@ -103,7 +103,7 @@ def deviation_at(curves: Sequence[BSpline], points: Array, u: Array, closed: boo
 def unrolled(spline: BSpline, points: Array, u: Array) -> tuple[BSpline, Array, Array]:
     """Return two rounds of the closed curve, the points (n + 1, d) back to the first, and rising parameters."""
     period = spline.domain[1] - spline.domain[0]
-    on = np.where(u < u[0], u + period, u)
+    on = np.where(np.logical_or.accumulate(u < u[0]), u + period, u)  # the last may be at the first's place
     return join([spline, spline]), np.concatenate([points, points[:1]]), np.append(on, u[0] + period)
 
 

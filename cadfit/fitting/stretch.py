@@ -6,6 +6,7 @@ from itertools import count
 from math import fsum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
@@ -36,10 +37,14 @@ def fit_stretch(
     polyline: bool,
     best: bool,
     weights: Array,
+    doubled: NDArray[np.bool_],
     tangents: tuple[Array | None, Array | None],
     progress: Progress,
 ) -> tuple[BSpline, Array]:
-    """Return the curve and the parameters (n,) of the points (n, d) on it; arguments as checked by `fit`."""
+    """Return the curve and the parameters (n,) of the points (n, d) on it; arguments as checked by `fit`.
+
+    `doubled` (n,): which of them stand for others that are all but equal.
+    """
     if len(points) == 2 and all(tangent is None for tangent in tangents):
         return _straight(points)
     origin = _middle(points)
@@ -50,7 +55,7 @@ def fit_stretch(
     if flipped:
         first, last = tangents
         tangents = None if last is None else -last, None if first is None else -first
-    stretch = Stretch(unit, near, closed, polyline, weights[order] / weights[order].mean(), tangents)
+    stretch = Stretch(unit, near, closed, polyline, weights[order] / weights[order].mean(), doubled[order], tangents)
     curve, u = _as_given(_found(stretch, best, progress), order, flipped)
     low = curve.spans.knots[0]
     poles = curve.poles * size + origin[:, None]
