@@ -264,6 +264,18 @@ def test_sizes_whose_squares_float64_does_not_hold_are_refused(size):
         cadfit.fit(size * turn(20), 1e-3 * size, closed=True)
 
 
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_no_tolerance_takes_more_poles_than_the_points_own_chain(effort):
+    angle = np.sort(np.random.default_rng(5).uniform(0, 2 * np.pi, 20))
+    outline = (1 + 0.3 * np.random.default_rng(6).normal(size=(20, 1))) * np.column_stack(
+        [np.cos(angle), np.sin(angle)]
+    )
+    for tolerance in (1e-5, 1e-6, 1e-8):
+        fit = cadfit.fit(outline, tolerance, closed=True, corners=None, effort=effort)
+        assert fit.poles <= 2 * len(outline) + 3
+        assert fit.deviation.points <= tolerance
+
+
 def test_ends_have_the_tangents_asked_for():
     points = turn(60, 10.0)[:20]
     tangents = np.array([[0.1, 1.0], [-3.0, 0.2]])

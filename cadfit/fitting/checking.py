@@ -57,8 +57,12 @@ class Stretch:
 
     @property
     def most(self) -> float:
-        """How many spans are tried to smooth it with: of a polyline that needs more, the corners are rounded."""
-        return len(self.points) if self.polyline else np.inf
+        """How many spans are tried to smooth it with: where more are needed, what is sure to hold takes fewer poles.
+
+        That is the points' cardinal chain, at two poles a chord (and what grew a little past that often loses more of
+        them than the chain does), or the polyline with its corners rounded.
+        """
+        return float(len(self.points) if self.polyline else 3 * len(self.points))
 
     def goal(self, rows: Ints) -> Targets:
         """Return the targets that some of the points make; all of them with samples of the chain between."""
