@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from cadfit import BSpline, Profile, cardinal_spline, fit, frames, frenet, join, local_spline, polyline, sweep, tube
 from cadfit.sweeping.caps import flat_cap
-from cadfit.sweeping.laws import law_of
+from cadfit.sweeping.laws import largest, law_of, smallest
 from cadfit.sweeping.profile import polygons
 from cadfit.sweeping.texture import textured
 
@@ -237,6 +237,29 @@ def test_laws():
         assert law(u).max() <= 5.0
     held = law_of([[1.0, 2.0], [2.0, 3.0]], (0.0, 6.0), "radius", 1e-5)
     assert held([0.0, 1.0, 1.5, 2.0, 6.0])[:, 0] == pytest.approx([2, 2, 2.5, 3, 3])
+
+
+def test_a_law_comes_down_to_its_values_not_to_its_poles():
+    narrow = BSpline([[1.0], [-0.3], [-0.3], [1.0]], KNOTS)  # 0.025 at its least
+    line = polyline([[0, 0, 0], [0, 0, 1]])
+    mesh = tube(line, narrow, 1e-3)
+    check_solid(mesh)
+    u = np.linspace(0.0, 1.0, 20_001)
+    assert mesh.volume == pytest.approx(np.trapezoid(np.pi * narrow(u)[:, 0] ** 2, u), rel=2e-3)
+    check_solid(tube(line, narrow, 1e-3, thickness=0.02), 0)
+    with pytest.raises(ValueError, match=r"the thickness 0\.03 is not below the radius, 0\.025 at its least"):
+        tube(line, narrow, thickness=0.03)
+    with pytest.raises(ValueError, match=r"radius must be finite and above zero, not -0\.5"):
+        tube(line, [[0.0, -1.0], [1.0, -0.5]])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_bounds_of_a_law_are_its_extremes(seed):
+    rng = np.random.default_rng(seed)
+    inner = np.sort(rng.uniform(0.1, 0.9, seed % 5))
+    law = BSpline(rng.normal(size=(4 + len(inner), 1)), np.concatenate([np.zeros(4), inner, np.ones(4)]))
+    values = law(np.linspace(0.0, 1.0, 20_001))
+    assert (smallest(law), largest(law)) == pytest.approx((values.min(), values.max()), abs=1e-6)
 
 
 def test_bad_laws():

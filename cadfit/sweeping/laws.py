@@ -51,13 +51,35 @@ def is_number(value: Any) -> bool:
 
 
 def largest(law: BSpline) -> float:
-    """Return an upper bound on a law: no cubic piece is above its poles."""
-    return float(law.pieces().max())
+    """Return the largest value of a law.
+
+    >>> largest(BSpline([[0.0], [1.0], [1.0], [0.0]], [0, 0, 0, 0, 1, 1, 1, 1]))
+    0.75
+    """
+    return float(_turning_values(law).max())
 
 
 def smallest(law: BSpline) -> float:
-    """Return a lower bound on a law: no cubic piece is below its poles."""
-    return float(law.pieces().min())
+    """Return the smallest value of a law."""
+    return float(_turning_values(law).min())
+
+
+def _turning_values(law: BSpline) -> Array:
+    """Return the values of a law where it may be the largest or the smallest: at its knots and where its slope is zero.
+
+    The poles of its pieces would be bounds, but refuse a radius whose values are well above zero.
+    """
+    pieces = law.pieces()[:, :, 0]
+    first, second, third = np.diff(pieces, axis=1).T  # the slope's poles
+    half, square = second - first, first - 2.0 * second + third
+    root = np.sqrt(np.maximum(half * half - square * first, 0.0))
+    far = -(half + np.where(half < 0.0, -root, root))  # no digits are lost by this sum, nor by either root from it
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.stack([far / square, first / far])
+    which, rows = np.nonzero((t > 0.0) & (t < 1.0))
+    t = t[which, rows][:, None]
+    powers = np.hstack([(1 - t) ** 3, 3 * (1 - t) ** 2 * t, 3 * (1 - t) * t * t, t**3])
+    return np.concatenate([pieces[:, 0], pieces[-1:, 3], np.einsum("nk,nk->n", powers, pieces[rows])])
 
 
 def is_constant(law: BSpline) -> bool:

@@ -291,7 +291,7 @@ def _check_section(path: BSpline, section: Section) -> None:
 
 def _refuse_vanishing(law: BSpline) -> None:
     if (low := smallest(law)) <= 0.0:
-        raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g} or below")
+        raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g}")
 
 
 def path_of(path: Any) -> BSpline:

@@ -71,7 +71,7 @@ def tube(
             mesh = _plain(along, radius, sides, wanted)
             if mesh is not None:
                 return mesh
-    size = largest(law_of(radius, along.domain, "radius", np.inf, at, along.closed))
+    size = positive(largest(law_of(radius, along.domain, "radius", np.inf, at, along.closed)), "radius")
     tolerance = positive(size / 100.0 if tolerance is None else tolerance, "tolerance")
     outer = law_of(radius, along.domain, "radius", 0.1 * tolerance, at, along.closed)
     polygon = disc(_sides(sides, size, 0.35 * tolerance))
