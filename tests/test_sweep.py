@@ -211,6 +211,15 @@ def test_bad_profiles():
             sweep(BEND, bad)
 
 
+@pytest.mark.parametrize("shift", [[0.0, 0.0], [0.3, 0.0], [0.5, 0.0]], ids=["larger", "crossing", "outside"])
+@pytest.mark.parametrize("way", ["closed", "without caps"])
+def test_holes_that_are_not_inside_are_refused_where_no_cap_shows_it(shift, way):
+    hole = (1.2 if shift == [0.0, 0.0] else 0.3) * BAR + shift
+    path, caps = (ring(5.0), "flat") if way == "closed" else (BEND, "none")
+    with pytest.raises(ValueError, match="holes must lie inside its outline"):
+        sweep(path, Profile.of(BAR, hole), caps=caps)
+
+
 def test_caps_fill_the_profile_without_slivers():
     # Corners in line, a hole, not convex.
     outline = np.array([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [4, 2], [4, 4], [3, 4], [2, 1], [1, 4], [0, 4], [0, 2]])

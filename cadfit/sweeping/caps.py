@@ -35,9 +35,8 @@ def flat_cap(loops: Sequence[Array]) -> Ints:
     found[turned] = found[turned][:, ::-1]
     wanted = len(numbers) + 2 * len(loops) - 4
     if len(found) != wanted or len(np.unique(found)) != len(numbers):
-        raise ValueError(
-            f"the profile cannot be filled: {len(found)} triangles for {len(numbers)} corners, not {wanted}"
-        )
+        why = "its holes must lie inside its outline and apart from each other" if loops[1:] else "it meets itself"
+        raise ValueError(f"the profile cannot be filled: {why}")
     triangles = numbers[found]
     if len(numbers) == len(corners):
         return triangles

@@ -103,6 +103,8 @@ def sweep(
         twist = np.array([[along.domain[0], 0.0], [along.domain[1], twist]], dtype=np.float64)
     turns = law_of(twist, along.domain, "twist", 0.1 * relative, at, along.closed)
     loops = polygons(shape, _SHARE * tolerance / largest(sizes))
+    if shape.holes:
+        flat_cap(loops)  # refuses holes that are not inside, on closed paths too
     section = Section(loops, [sizes] * len(loops), turns)
     return swept(
         along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, progress=portion(progress, 0.0, 1.0))
