@@ -69,13 +69,14 @@ def sweep_solid(
     56.0
     """
     along, at = path_of(path), getattr(path, "parameters", None)
+    closed = along.closed
     shape = Profile.of(profile)
     if tolerance is not None:
         tolerance = positive(tolerance, "tolerance")
     relative = 0.1 * (_FINE if tolerance is None else tolerance / shape.reach)
-    sizes = law_of(scale, along.domain, "scale", relative, at)
+    sizes = law_of(scale, along.domain, "scale", relative, at, closed)
     angle = np.array([[along.domain[0], 0.0], [along.domain[1], twist]]) if is_number(twist) else twist
-    turns = law_of(angle, along.domain, "twist", relative, at)
+    turns = law_of(angle, along.domain, "twist", relative, at, closed)
     walls = [Wall(arcs(loop), sizes) for loop in shape.loops]
 
     def mesh() -> Trimesh:
@@ -107,12 +108,14 @@ def tube_solid(
     3.0
     """
     along, at = path_of(path), getattr(path, "parameters", None)
+    closed = along.closed
     if tolerance is not None:
         tolerance = positive(tolerance, "tolerance")
     if is_number(radius):
         radius = positive(radius, "radius")
-    size = largest(law_of(radius, along.domain, "radius", np.inf, at))
-    outer = law_of(radius, along.domain, "radius", 0.1 * (_FINE * size if tolerance is None else tolerance), at)
+    size = positive(largest(law_of(radius, along.domain, "radius", np.inf, at, closed)), "radius")
+    accuracy = 0.1 * (_FINE * size if tolerance is None else tolerance)
+    outer = law_of(radius, along.domain, "radius", accuracy, at, closed)
     walls = [Wall(circle(), outer)]
     if thickness is not None:
         thickness = positive(thickness, "thickness")

@@ -18,7 +18,7 @@ from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 
-from cadfit import BSpline, Profile, frames, join, local_spline, occt, pieces_to_spline, polyline
+from cadfit import BSpline, Profile, fit, frames, join, local_spline, occt, pieces_to_spline, polyline, sweep, tube
 from cadfit.bezier import Array
 from cadfit.fitting.cardinal import cardinal_pieces
 from cadfit.occt import KernelError, breps, kernel, read_step, solids, sweep_solid, tube_solid, volume, write_step
@@ -223,6 +223,16 @@ def test_radii_in_rows():
     path = polyline([[0, 0, 0], [10, 0, 0]])
     made = tube_solid(path, [[0.0, 2.0], [10.0, 1.0]], caps="round")
     assert precise(made) == pytest.approx(np.pi * (10 * 7 / 3 + (8 + 1) * 2 / 3), rel=1e-6)
+
+
+def test_radii_at_the_points_of_a_closed_fit():
+    """As the mesh takes them: joined across the seam, though no point is at the path's end."""
+    t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    path = fit(np.column_stack([9 * np.cos(t), 6 * np.sin(t), np.sin(2 * t)]), 1e-3, closed=True)
+    radii = 1.0 + 0.3 * np.sin(2 * t)
+    assert volume(tube_solid(path, radii)) == pytest.approx(tube(path, radii).volume, rel=1e-3)
+    made = sweep_solid(path, SQUARE, scale=0.5 * radii)
+    assert volume(made) == pytest.approx(sweep(path, SQUARE, scale=0.5 * radii).volume, rel=1e-3)
 
 
 def test_paths_that_are_not_c2():
