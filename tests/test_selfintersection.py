@@ -157,6 +157,13 @@ def said_and_seen(call):
     return bool(said), crossing_faces(mesh) > 0
 
 
+def test_a_bar_bent_the_easy_way():
+    """Its corners are as far from the path as those of a circle, but none that far in the plane of the bend."""
+    tall = np.array([[-0.3, -2], [0.3, -2], [0.3, 2], [-0.3, 2]])
+    assert said_and_seen(lambda: sweep(TIGHT, tall)) == (False, False)
+    assert said_and_seen(lambda: sweep(TIGHT, tall[:, ::-1])) == (True, True)
+
+
 @pytest.mark.parametrize("caps", ["flat", "round"])
 @pytest.mark.parametrize("gap", [0.8, 0.99, 1.01, 1.5, 1.9, 2.01])
 def test_an_end_that_comes_near_a_wall(caps, gap):

@@ -35,7 +35,7 @@ def crossings(
     outline = rings.points[:, : len(section.loops[0])]
     arms = (outline - rings.centres[:, None]) / section.outside
     found = [Crossing("cusp", float(u), path(u), reach, 0.0) for u in cusps]
-    found += _bends(path, whole, rings.parameters, arms, reach)
+    found += _bends(path, whole, rings.parameters, arms, reach, section.outside > 1.0)
     found += [
         Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
         for leg in sorted(short, key=lambda leg: leg.factor)
@@ -49,12 +49,13 @@ def crossings(
     return found
 
 
-def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float) -> list[Crossing]:
+def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float, circle: bool) -> list[Crossing]:
     """Return the worst bend in which a point of the outline moves backward, if there is one.
 
     `u` (n,) are the parameters of the rings, `arms` (n, k, 3) the outline's points seen from their centres. With the
     curvature vector k of the path (toward the centre, 1 / radius) and the arm d of a point, the point moves
-    backward where k . d is above 1. A path bounded to bend less than 1 / reach is not looked at more closely.
+    backward where k . d is above 1. A path bounded to bend less than 1 / reach is not looked at more closely. `circle`:
+    the outline is one about the path, for which every tightest bend counts.
     """
     at, tight = tightest(whole, reach)
     at = min(at, path.domain[1])  # a bend at the very end may be rounded beyond it
@@ -74,7 +75,7 @@ def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float) -> 
             if pull[k] > worst:
                 worst, where = float(pull[k]), float(here[k])
                 size = float(np.linalg.norm(mine[k], axis=1).max())
-    round_one = np.ptp(np.linalg.norm(arms, axis=2)) <= 0.02 * reach
+    round_one = circle and np.ptp(np.linalg.norm(arms, axis=2)) <= 0.02 * reach  # of one radius
     if round_one and worst < reach / tight:  # the tightest bend itself lies between those looked at
         worst, where, size = reach / tight, at, reach
     return [Crossing("bend", where, path(where), size, size / worst)] if worst >= 1.0 else []
