@@ -181,6 +181,68 @@ def test_the_tip_of_a_mitre_that_comes_near_a_wall(x):
     assert said == seen == (x <= 3.0)
 
 
+def flanges(turn, apart=3.0, neck=0.3):
+    """A path that turns a little between two discs, each `apart` from the bend, and the tube's radius along it."""
+    t = np.linspace(0.0, turn, 30)
+    bend = 2 * np.column_stack([np.sin(t), 1 - np.cos(t), 0 * t])
+    ahead = np.array([np.cos(turn), np.sin(turn), 0.0])
+    legs = np.linspace(0.1, 2 * apart, 60)[:, None]
+    path = local_spline(np.concatenate([-legs[::-1] * [1, 0, 0], bend, bend[-1] + legs * ahead]))
+    places = path.nearest(np.array([[-apart, 0, 0], bend[-1] + apart * ahead]))[0]
+
+    def radius(u):
+        return neck + 8.0 * np.exp(-np.square((u[:, None] - places) / (0.02 * path.domain[1]))).sum(axis=1)
+
+    return path, radius
+
+
+@pytest.mark.parametrize("turn", [20, 40, 60, 80])
+def test_discs_on_both_sides_of_a_gentle_bend(turn):
+    """Where each is the path is straight, and the neck between them has room in the bend."""
+    path, radius = flanges(np.radians(turn))
+    said, seen = said_and_seen(lambda: tube(path, radius, 0.1))
+    assert said == seen == (turn >= 60)
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.8, 1.2, 3.0, 5.0])
+@pytest.mark.parametrize("turn", [30, 60, 85, 120])
+def test_cones_that_share_a_mitre(turn, radius):
+    t = np.radians(turn)
+    path = polyline([[-1, 0, 0], [0, 0, 0], [np.cos(t), np.sin(t), 0]])
+    said, seen = said_and_seen(lambda: tube(path, [[0, radius], [1, 0.1], [2, radius]]))
+    assert said == seen
+    if seen:
+        worst = said_of(path, [[0, radius], [1, 0.1], [2, radius]])[0]
+        assert 0.0 < worst.largest < worst.reach
+
+
+def test_a_ribbon_that_turns_beside_a_bend_and_back():
+    path, _ = flanges(np.radians(60))
+    ribbon = [[-6, -0.1], [6, -0.1], [6, 0.1], [-6, 0.1]]
+    low, high = path.domain
+    middle, width = 0.5 * (low + high), high - low
+
+    def twist(u):  # upright in the bend, flat before it and after it
+        return 0.5 * np.pi * np.exp(-(((u - middle) / (0.15 * width)) ** 8))
+
+    assert said_and_seen(lambda: sweep(path, ribbon, 0.1, twist=twist)) == (True, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["bend", "corner"])
+def test_repaired_discs_do_not_cross(case):
+    pytest.importorskip("manifold3d")
+    path, radius = flanges(np.radians(80))
+    if case == "corner":
+        path, radius = polyline([[-1, 0, 0], [0, 0, 0], [0.5, 0.75**0.5, 0]]), [[0, 5.0], [1, 0.1], [2, 5.0]]
+    mesh = tube(path, radius, 0.1, on_self_intersection="repair")
+    assert mesh.is_watertight
+    assert crossing_faces(mesh) == 0
+    with pytest.warns(SelfIntersectionWarning):
+        crossed = tube(path, radius, 0.1)
+    assert 0.8 * crossed.volume < mesh.volume < crossed.volume  # what was counted twice
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [-3e-3, -1e-3, 3e-4, 1e-3, 3e-3])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])

@@ -12,9 +12,10 @@ from cadfit.sweeping.chain import Chain, tightest
 from cadfit.sweeping.rings import Rings, Short
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing
-from cadfit.sweeping.touching import touching
+from cadfit.sweeping.touching import APART, askew, tight_steps, touching
 
 _WINDOW = 200  # samples to either side when the nearest places of two parts are looked for
+_BESIDE = 4  # rings to either side of each, between which these are
 
 
 def crossings(
@@ -25,11 +26,12 @@ def crossings(
     lids: Sequence[Array],
     section: Section,
     short: list[Short],
+    varies: bool,
 ) -> list[Crossing]:
     """Return where a sweep passes through itself: each kind, the worst place of each first.
 
     `cusps` are the parameters where the path turns back, `lids` the triangles (t, 3, 3) of the caps at the start and
-    the end, `short` the legs without room for their mitres.
+    the end, `short` the legs without room for their mitres. `varies`: the outline grows or turns along the path.
     """
     reach = section.reach
     outline = rings.points[:, : len(section.loops[0])]
@@ -40,13 +42,57 @@ def crossings(
         Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
         for leg in sorted(short, key=lambda leg: leg.factor)
     ]
+    # Beside a bend that is too tight nothing needs to be said twice.
+    found += _touching(path, rings, outline, arms, lids, varies and not found)
+    return found
+
+
+def _touching(
+    path: BSpline, rings: Rings, outline: Array, arms: Array, lids: Sequence[Array], varies: bool
+) -> list[Crossing]:
+    """Return the crossing, if any, of parts that touch; where the outline `varies`, of parts beside each other too."""
     walls, centres, tangents = outline, rings.centres, rings.tangents
     if path.closed:
         walls, centres, tangents = (np.concatenate([rows, rows[:1]]) for rows in (walls, centres, tangents))
-    if both := touching(walls, lids, centres.T, tangents.T, path.closed):
-        sizes = [np.linalg.norm(arms[k % len(arms)], axis=1).max() for k in both]
-        found.append(nearest_parts(path, centres, float(max(sizes)), *both))
-    return found
+    if varies:
+        both = _touching_beside(walls, lids, centres, tangents, path.closed)
+    else:
+        both = touching(walls, lids, centres.T, tangents.T, path.closed)
+    if both is None:
+        return []
+    i, j = both
+    size = max(float(np.linalg.norm(arms[k % len(arms)], axis=1).max()) for k in both)
+    turns = np.linalg.norm(np.diff(tangents, axis=0), axis=1)
+    turned = float(turns[i:j].sum())
+    if min(turned, float(turns.sum()) - turned if path.closed else turned) >= APART and j - i > 2 * _BESIDE:
+        return [nearest_parts(path, centres, size, i, j)]
+    u, other = (float(rings.parameters[k % len(arms)]) for k in both)
+    return [Crossing("near", u, path(u), size, min(_parted(centres, tangents, i, j), size), other)]
+
+
+def _touching_beside(
+    walls: Array, lids: Sequence[Array], centres: Array, tangents: Array, closed: bool
+) -> tuple[int, int] | None:
+    """Return the rings at which parts touch, also those on both sides of a bend or a mitre without a right angle.
+
+    Walls that share a ring are not compared: those at mitres are halved, so that the two of a mitre are.
+    """
+    mitres = askew(walls, centres, tangents)
+    cut = np.flatnonzero(mitres[1:] | mitres[:-1])
+    walls, centres = (np.insert(rows, cut + 1, 0.5 * (rows[cut] + rows[cut + 1]), axis=0) for rows in (walls, centres))
+    numbers = np.insert(np.arange(len(tangents)), cut + 1, cut)
+    tangents = tangents[numbers]
+    both = touching(walls, lids, centres.T, tangents.T, closed, tight_steps(walls, centres, tangents))
+    return (int(numbers[both[0]]), int(numbers[both[1]])) if both else None
+
+
+def _parted(centres: Array, tangents: Array, i: int, j: int) -> float:
+    """Return how far the rings of walls i and j may reach before they meet, where their planes do."""
+    last = len(centres) - 1
+    a, b = np.array([(p, q) for p in (i, min(i + 1, last)) for q in (j, min(j + 1, last)) if p != q]).T
+    sines = np.linalg.norm(np.cross(tangents[a], tangents[b]), axis=1)
+    heights = np.stack([np.einsum("nd,nd->n", centres[b] - centres[a], tangents[k]) for k in (a, b)])
+    return float((np.abs(heights).max(axis=0) / np.maximum(sines, 1e-300)).min())
 
 
 def _bends(path: BSpline, whole: Chain, u: Array, arms: Array, reach: float, circle: bool) -> list[Crossing]:
@@ -88,7 +134,7 @@ def nearest_parts(path: BSpline, centres: Array, reach: float, i: int, j: int) -
     """
     around = []
     for k in (i, j):
-        near = centres[max(k - 3, 0) : k + 5]
+        near = centres[max(k + 1 - _BESIDE, 0) : k + 1 + _BESIDE]
         u, _ = path.nearest(near)
         around.append(np.linspace(u.min(), u.max(), 2 * _WINDOW + 1))
     places = [path(u) for u in around]

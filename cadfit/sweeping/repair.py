@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
+from cadfit.sweeping.touching import tight_steps
 
 _LEAST_TURN = 0.5 * np.pi  # a part of a path that turns less does not meet itself, unless a bend is too tight
 _SIMPLER = 0.1  # of the tolerance: how far vertices may move for edges that can be done without
@@ -25,14 +26,15 @@ def united(
     closed: bool,
     round_ends: bool,
     tolerance: float,
+    varies: bool,
 ) -> tuple[Array, Ints]:
     """Return the vertices (v, 3) and triangles (f, 3) of the space that a profile passes through, ring after ring.
 
     `points` (n, k, 3) are the rings of `loops`, polygons (k, 2) of an outline and its holes; `centres` and `tangents`
     (n, 3) their places. Edges that can be done without within the tolerance are. Where every point of the profile
-    advances from ring to ring, the steps make parts with walls, each turning less than a right angle; where one does
-    not, the hull of two rings takes their place, or for a profile that is not convex the hulls of its triangles. The
-    parts are united.
+    advances from ring to ring, the steps make parts with walls, each turning less than a right angle, and where the
+    profile `varies` without a tight step (see `tight_steps`) but in parts of its own; where one does not, the hull of
+    two rings takes their place, or for a profile that is not convex the hulls of its triangles. The parts are united.
 
     Raises ImportError naming the extra where manifold3d is missing, ValueError where it fails.
     """
@@ -44,9 +46,11 @@ def united(
     order = [*range(len(points)), *([0] if closed else [])]
     cap = flat_cap(loops)
     pieces = [np.arange(points.shape[1])] if _is_convex(loops) else list(cap)
-    clean = _advances(points[order], tangents[order])
+    clean, turns = _advances(points[order], tangents[order]), _turns(tangents[order])
+    if varies:
+        turns[tight_steps(points[order], centres[order], tangents[order])] = np.pi
     solids: list[Any] = []
-    for low, high in _runs(clean, _turns(tangents[order])):
+    for low, high in _runs(clean, turns):
         rows = order[low : high + 1]
         if clean[low]:
             solids.append(_solid(manifold3d, *_part(points[rows], [len(loop) for loop in loops], cap)))

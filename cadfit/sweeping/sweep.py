@@ -160,7 +160,9 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     wanted.progress(0.4)
     lids = [] if path.closed else _lids(rings, section, wanted.caps, share)
     ends = [np.concatenate([rings.points[k], over])[faces] for k, (over, faces) in zip((0, -1), lids, strict=False)]
-    found = crossings(path, whole, corners[angles > SHARPEST], rings, ends or [np.empty((0, 3, 3))] * 2, section, short)
+    varies = not (section.constant and (course.steady or section.outside > 1.0))  # a circle may turn
+    cusps, ends = corners[angles > SHARPEST], ends or [np.empty((0, 3, 3))] * 2
+    found = crossings(path, whole, cusps, rings, ends, section, short, varies)
     wanted.tell(found)
     wanted.progress(0.6)
     if short:  # where a mitre has no room, the profile turns on the spot
@@ -173,7 +175,7 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
             raise ValueError("a sweep without caps encloses nothing that could be repaired")
         loops = section.parted(section.at(np.array(path.domain[:1]))[0])
         parts = rings.points, rings.centres, rings.tangents
-        mesh = Trimesh(*united(*parts, loops, path.closed, wanted.caps == "round", share), process=False)
+        mesh = Trimesh(*united(*parts, loops, path.closed, wanted.caps == "round", share, varies), process=False)
         wanted.progress(1.0)
         return mesh
     wanted.progress(0.8)

@@ -18,23 +18,50 @@ from cadfit.sweeping.cubics import norms
 from cadfit.sweeping.spinors import running
 from cadfit.sweeping.triangles import crossing
 
-_APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet, unless a bend is too tight
+APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet, unless a bend is too tight
 _MOST_SAMPLES = 200_000
 _MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
 _ASKED = 500  # places that are asked how many others are near
 _PAIRS_AT_FIRST, _PAIRS_AT_ONCE = 1 << 1, 1 << 12
 _AT_ONCE = 1 << 20  # boxes that are compared in one go
+_TIGHT = 0.5  # of 1 / reach: a step that bends more, between chords, may bend too tightly
 _CELL = 0.1  # of a reach, or twice that in radians: how much of the path a cell of walls has
 
 
-def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> Array:
+def askew(rings: Array, centres: Array, tangents: Array) -> NDArray[np.bool_]:
+    """Return whether each ring (n, k, 3) stands askew on the path, as in a mitre; `centres`, `tangents` (n, 3)."""
+    arms = rings - centres[:, None]
+    leans = np.abs(np.einsum("nkd,nd->nk", arms, tangents)).max(axis=1)
+    return np.asarray(leans > 1e-6 * np.linalg.norm(arms, axis=2).max())
+
+
+def tight_steps(rings: Array, centres: Array, tangents: Array) -> NDArray[np.bool_]:
+    """Return for each step (n - 1,) from ring to ring whether the largest ring of the sweep may be too large for it.
+
+    A profile that stays the same and has room in the path's bends does not meet itself where the path turns by less
+    than a right angle. One that grows or turns may, on both sides of a bend that has room for the ring that is there,
+    or of a mitre. `rings` (n, k, 3), `centres`, `tangents` (n, 3).
+    """
+    reach = float(np.linalg.norm(rings - centres[:, None], axis=2).max())
+    turns, steps = (np.linalg.norm(np.diff(rows, axis=0), axis=1) for rows in (tangents, centres))
+    mitres = askew(rings, centres, tangents)
+    return np.asarray((turns > 0.0) & (reach * turns >= _TIGHT * steps) | mitres[1:] | mitres[:-1])
+
+
+def near_parts(
+    centres: Array, tangents: Array, closed: bool, reach: float, tight: NDArray[np.bool_] | None = None
+) -> Array:
     """Return pairs (p, 2) of places, as distances along the polyline of `centres`, that are less than 2 reaches apart.
 
     `centres`, `tangents` (3, n), both ends of a closed path too. Only places count between which the path turns by a
-    right angle or more. Places are sampled 4 reaches apart, and near others half of one. The nearest come first.
+    right angle or more, or takes one of the `tight` steps (n - 1,). Places are sampled 4 reaches apart, and near others
+    half of one. The nearest come first.
     """
-    turns = running(np.add, 0.0, norms(tangents[:, 1:] - tangents[:, :-1]))  # chords of the angles: a little less
-    if turns[-1] < _APART:
+    turning = norms(tangents[:, 1:] - tangents[:, :-1])  # chords of the angles: a little less
+    if tight is not None:
+        turning = turning + 2.0 * APART * tight  # twice: a place may lie on the step
+    turns = running(np.add, 0.0, turning)
+    if turns[-1] < APART:
         return np.empty((0, 2))
     s = running(np.add, 0.0, norms(centres[:, 1:] - centres[:, :-1]))
     length = float(s[-1])
@@ -48,7 +75,7 @@ def near_parts(centres: Array, tangents: Array, closed: bool, reach: float) -> A
         between = np.abs(first - second)
         if closed:
             between = np.minimum(between, turns[-1] - between)
-        found = found[between >= _APART]
+        found = found[between >= APART]
         if not len(found):
             return np.empty((0, 2))
         # Finer ones only about those that are near others.
@@ -119,18 +146,23 @@ class _Pieces:
 
 
 def touching(
-    rings: Array, lids: Sequence[Array], centres: Array, tangents: Array, closed: bool
+    rings: Array,
+    lids: Sequence[Array],
+    centres: Array,
+    tangents: Array,
+    closed: bool,
+    tight: NDArray[np.bool_] | None = None,
 ) -> tuple[int, int] | None:
     """Return rings i < j after which the walls, or at which the ends, of distant parts pass through each other.
 
     Of the parts that come near each other the nearest are looked at first, and no more of them once some do; of these
     those are returned whose middles are nearest. None where there are none. `rings` (n, k, 3) are those of one outline;
     `centres`, `tangents` (3, n) their places; on a closed path all with the first at the end again. `lids`: the
-    triangles (t, 3, 3) at the start and at the end. Parts between which the path turns by less than a right angle are
-    not compared, nor walls that share a ring.
+    triangles (t, 3, 3) at the start and at the end. Parts between which the path turns by less than a right angle and
+    takes no `tight` step (n - 1,) are not compared, nor walls that share a ring.
     """
     reach = float(np.linalg.norm(rings - centres.T[:, None], axis=2).max())
-    pairs = near_parts(centres, tangents, closed, reach)
+    pairs = near_parts(centres, tangents, closed, reach, tight)
     if not len(pairs):
         return None
     pieces = _Pieces.of(rings, lids)
