@@ -133,6 +133,13 @@ def test_repair_keeps_round_caps_and_refuses_open_ends():
         tube(TIGHT, 1.5, caps="none", on_self_intersection="repair")
 
 
+def test_repair_of_what_bends_too_tightly_looks_for_nothing_else(monkeypatch):
+    pytest.importorskip("manifold3d")
+    for room in ("judging", "tube"):
+        monkeypatch.setattr(f"cadfit.sweeping.{room}.touching", lambda *_: pytest.fail("looked for"))
+    assert tube(TIGHT, 1.5, on_self_intersection="repair").is_watertight
+
+
 def test_an_unknown_answer():
     with pytest.raises(ValueError, match="on_self_intersection must be one of raise, warn, repair, not 'ignore'"):
         tube(TIGHT, 0.5, on_self_intersection="ignore")

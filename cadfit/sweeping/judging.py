@@ -27,11 +27,13 @@ def crossings(
     section: Section,
     short: list[Short],
     varies: bool,
+    any_one: bool = False,
 ) -> list[Crossing]:
     """Return where a sweep passes through itself: each kind, the worst place of each first.
 
     `cusps` are the parameters where the path turns back, `lids` the triangles (t, 3, 3) of the caps at the start and
     the end, `short` the legs without room for their mitres. `varies`: the outline grows or turns along the path.
+    With `any_one` parts that touch are not looked for where something else is found.
     """
     reach = section.reach
     outline = rings.points[:, : len(section.loops[0])]
@@ -42,6 +44,8 @@ def crossings(
         Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
         for leg in sorted(short, key=lambda leg: leg.factor)
     ]
+    if found and any_one:
+        return found
     # Beside a bend that is too tight nothing needs to be said twice.
     found += _touching(path, rings, outline, arms, lids, varies and not found)
     return found

@@ -162,7 +162,8 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     ends = [np.concatenate([rings.points[k], over])[faces] for k, (over, faces) in zip((0, -1), lids, strict=False)]
     varies = not (section.constant and (course.steady or section.outside > 1.0))  # a circle may turn
     cusps, ends = corners[angles > SHARPEST], ends or [np.empty((0, 3, 3))] * 2
-    found = crossings(path, whole, cusps, rings, ends, section, short, varies)
+    repairs = wanted.on_self_intersection == "repair"
+    found = crossings(path, whole, cusps, rings, ends, section, short, varies, any_one=repairs)
     wanted.tell(found)
     wanted.progress(0.6)
     if short:  # where a mitre has no room, the profile turns on the spot
@@ -170,7 +171,7 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
         rings, _ = placed(course, section, share)
     if not found:
         rings = _grown(rings, section, course, wanted.tolerance)
-    elif wanted.on_self_intersection == "repair":
+    elif repairs:
         if wanted.caps == "none" and not path.closed:
             raise ValueError("a sweep without caps encloses nothing that could be repaired")
         loops = section.parted(section.at(np.array(path.domain[:1]))[0])

@@ -99,6 +99,9 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     u, bend = tightest(whole, radius)
     u = min(u, path.domain[1])  # a bend at the very end may be rounded beyond it
     found = [Crossing("bend" if bend > 0.0 else "cusp", u, path(u), radius, bend)] if bend <= radius else []
+    repairs = wanted.on_self_intersection == "repair"
+    if found and repairs:
+        return None
     points, tangents = stationed(whole, radius, 0.5 * wanted.tolerance, most_rings(sides))
     wanted.progress(0.3)
     mesh = around(points, tangents, path.closed, radius, sides, 0.5 * wanted.tolerance)
@@ -106,7 +109,7 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
     # Near is what is nearer than the corners of the rings reach, which are within the tolerance of the radius.
     if len(near_parts(points, tangents, path.closed, radius + wanted.tolerance)):
         found += _touching(path, mesh, points, tangents, radius, sides)
-    if found and wanted.on_self_intersection == "repair":
+    if found and repairs:
         return None
     wanted.tell(found)
     wanted.progress(1.0)
