@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 
-_LONG = 1e4  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
+_LONG = 1e2  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
 
 
 def join(curves: BSpline | Sequence[BSpline], tolerance: float = 1e-9) -> BSpline:

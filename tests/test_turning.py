@@ -95,7 +95,8 @@ def test_what_spans_turn_is_bounded_from_above(seed, m, d, closed):
 @given(point_rows(dimensions=(2, 3), least=4, most=20, rough=False), st.booleans(), st.floats(1e-6, 1e-1))
 def test_a_rounded_polyline_turns_no_more_than_it_and_keeps_the_tolerance(points, closed, tolerance):
     rows = np.arange(len(points))
-    stretch = Stretch(points, tolerance, closed, True, np.ones(len(points)), (None, None))
+    alone = np.zeros(len(points), dtype=bool)
+    stretch = Stretch(points, tolerance, closed, True, np.ones(len(points)), alone, (None, None))
     trial = rounded_polyline(stretch.goal(rows), 0.99)
     _, turned, _, _, _ = looked_at([trial.curve.spans.spline(trial.curve.poles)])
     chords = np.diff(points, axis=0, append=points[:1])

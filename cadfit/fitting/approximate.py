@@ -90,6 +90,11 @@ def fit(
         curves.append(curve)
         part_done(1.0)
     found = deviation_at(curves, given, parameters, cleaned.closed)
+    if max(found.points, found.between if polyline else 0.0) > tolerance:
+        raise ValueError(
+            f"no curve was found within {tolerance:g}, but one within {max(found.points, found.between):.3g}: "
+            "is the tolerance near the rounding errors?"
+        )
     asked = {"closed": closed, "corners": corners, "between": between, "effort": effort}
     asked |= {"weights": weights, "end_tangents": end_tangents}
     unusual = {name: value for name, value in asked.items() if value is not (fit.__kwdefaults__ or {})[name]}

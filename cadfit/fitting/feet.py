@@ -8,7 +8,7 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.matching import blocks
-from cadfit.fitting.spans import Curve, Spans, dot, shifted
+from cadfit.fitting.spans import Curve, dot, shifted
 
 _NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
 
@@ -106,5 +106,4 @@ def wrapped(curve: Curve, u: Array) -> tuple[Curve, Array]:
     turns = np.floor((u[0] - spans.knots[0]) / period)
     u = u - turns * period
     k = int(np.clip(np.searchsorted(spans.knots, u[0], side="right") - 1, 0, spans.count - 1))
-    knots = np.concatenate([spans.knots[k:-1], spans.knots[:k] + period, spans.knots[k : k + 1] + period])
-    return Curve(Spans(knots, True), np.roll(curve.poles, -k, axis=1)), u
+    return curve.from_span(k), u

@@ -15,12 +15,20 @@ from cadfit.fitting.targets import Targets
 from cadfit.stages import Progress, stage, unheard
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
+_ASIDE = 0.04  # of a part: knots stand beside where points of a symmetric shape lie, or rounding tells their spans
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
 _NEAR = 1.5  # a largest error that other knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 _SHARE = 0.25  # of the spans: how many are taken away at once, at first
 _FEW_TRIALS, _FEW_PASSES = 8, 8
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
+
+
+def first_knots(goal: Targets) -> Array:
+    """Return the knots of the fewest spans: one, closed four."""
+    if not goal.closed:
+        return np.array([0.0, goal.period])
+    return goal.period * np.concatenate([[0.0], (np.arange(1, 4) + _ASIDE) / 4, [1.0]])
 
 
 @stage("adding spans until it holds")
@@ -65,7 +73,7 @@ def _bisected(trial: Trial) -> Array:
         a, b = spans.knots[s], spans.knots[s + 1]
         inside = starts[s + 1] - starts[s]
         parts = int(np.clip(np.ceil(worst[s] ** 0.25), 2, 8))
-        cuts = a + (b - a) * np.arange(1, parts) / parts
+        cuts = a + (b - a) * (np.arange(1, parts) + _ASIDE) / parts
         if inside > parts:
             k = starts[s] + inside * np.arange(1, parts) // parts
             cuts = 0.5 * (u[k - 1] + u[k])

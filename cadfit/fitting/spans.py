@@ -134,6 +134,21 @@ class Curve:
         poles = self.poles[:, (m + 2 - np.arange(k)) % k]
         return Curve(Spans(-self.spans.knots[::-1], self.spans.closed), np.ascontiguousarray(poles))
 
+    def from_span(self, k: int) -> Curve:
+        """Return the closed curve with its span k as the first."""
+        knots = self.spans.knots
+        period = knots[-1] - knots[0]
+        turned = np.concatenate([knots[k:-1], knots[:k] + period, knots[k : k + 1] + period])
+        return Curve(Spans(turned, True), np.roll(self.poles, -k, axis=1))
+
+    def with_knot(self, u: float) -> Curve:
+        """Return the closed curve, of four spans or more, with one more knot, in its first span."""
+        t, poles = self.spans.extended, self.poles
+        share = (u - t[1:4]) / (t[4:7] - t[1:4])
+        between = poles[:, :3] + share * (poles[:, 1:4] - poles[:, :3])
+        knots = np.insert(self.spans.knots, 1, u)
+        return Curve(Spans(knots, True), np.concatenate([poles[:, :1], between, poles[:, 3:]], axis=1))
+
     def points(self, u: Array, span: Ints) -> Array:
         """Return the points (d, n) at u (n,) in the given spans (n,)."""
         x, wrapped = self.spans.local(u, span)

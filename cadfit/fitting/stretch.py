@@ -14,7 +14,7 @@ from cadfit.fitting.checking import Check, Stretch, checked
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
-from cadfit.fitting.search import few, fewest, grow
+from cadfit.fitting.search import few, fewest, first_knots, grow
 from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.taut import thinned, tightened
@@ -24,9 +24,11 @@ from cadfit.stages import Progress, portion, stage
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
+_LOST = 120.0  # roundings of the largest coordinate, at most, that the curve is moved by in its place
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _ROUNDS = 12  # of mending what a check finds
+_SEAM = 1e-2  # of a long span beside it: a shorter one is no place for the seam
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -50,7 +52,7 @@ def fit_stretch(
     origin = _middle(points)
     order, flipped = _canonical(points - origin, closed)
     size = 2.0 * float(np.linalg.norm(points - origin, axis=1).max())
-    near = tolerance * (1.0 - _MARGIN) / size - 20.0 * _EPS * float(np.abs(points).max()) / size
+    near = tolerance * (1.0 - _MARGIN) / size - _LOST * _EPS * float(np.abs(points).max()) / size
     unit = (points[order] - origin) / size
     if flipped:
         first, last = tangents
@@ -101,7 +103,21 @@ def _as_given(check: Check, order: Ints, flipped: bool) -> tuple[Curve, Array]:
         curve, u = curve.backward(), -u
     if not curve.spans.closed:
         return curve, u
-    return wrapped(curve, np.where(u < u[0], u + check.trial.goal.period, u))
+    curve, u = wrapped(curve, np.where(u < u[0], u + check.trial.goal.period, u))
+    return _seamed(curve), u
+
+
+def _seamed(curve: Curve) -> Curve:
+    """Return the closed curve begun where spans are not short, for which a long one just before is cut if need be.
+
+    Next to a short span the last bits of the poles show in the second derivative.
+    """
+    steps = curve.spans.steps
+    k = int(np.argmax(steps[-3:])) - 3 + len(steps)
+    if min(steps[0], steps[-1]) >= _SEAM * max(steps[0], steps[k]):
+        return curve
+    curve = curve.from_span(k)
+    return curve.with_knot(float(0.5 * (curve.spans.knots[0] + curve.spans.knots[1]))).from_span(1)
 
 
 def _straight(points: Array) -> tuple[BSpline, Array]:
@@ -129,8 +145,7 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
     n = len(stretch.points)
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
-    first = np.linspace(0.0, goal.period, 5 if goal.closed else 2)
-    trial = grow(goal, first, goal.u, portion(progress, 0.0, _GROWN), stretch.most)
+    trial = grow(goal, first_knots(goal), goal.u, portion(progress, 0.0, _GROWN), stretch.most)
     taken_away, searching = fewest if best else few, portion(progress, _GROWN, _NEARLY)
     searching(0.0)
     if stretch.polyline and not trial.met:
