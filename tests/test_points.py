@@ -92,6 +92,8 @@ def test_clean_shapes_stay_as_they_are(shape):
     [
         ([(0, 0), (1, np.nan), (2, 0)], r"row 1 of the points is not finite: \[1.0, nan\]"),
         ([(0, 0), (1, 1), (2, -np.inf)], r"row 2 of the points is not finite: \[2.0, -inf\]"),
+        ([(0, 0), (1, 10**400), (2, 0)], "row 1 of the points is not a row of numbers"),
+        (np.ma.masked_greater([[0.0, 0], [1, 1], [2, 9e9]], 1e9), "row 2 of the points is masked"),
         ([(0, 0), (1, None), (2, 0)], r"row 1 of the points is not finite: \[1.0, nan\]"),
         ([(0, 0), (1, 1), (2, 0, 3)], r"row 2 of the points has 3 coordinates, the rows before it 2: \(2, 0, 3\)"),
         ([(0, 0), (1,), (2, 0)], r"row 1 of the points has 1 coordinates, the rows before it 2: \(1,\)"),

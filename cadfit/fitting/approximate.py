@@ -152,7 +152,7 @@ def _corners(corners: Corners, points: Array, tolerance: float, closed: bool, po
     """Return the rows of the cleaned points that split them, rising; never an open end."""
     if corners is None:
         return np.zeros(0, dtype=np.intp)
-    if isinstance(corners, str):
+    if isinstance(corners, (str, bool)):
         if corners != "auto":
             raise ValueError(
                 f'corners must be "auto", None, an angle in radians or rows of the points, not {corners!r}'

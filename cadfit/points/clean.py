@@ -41,9 +41,12 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
     """
     if isinstance(points, np.ndarray) and np.iscomplexobj(points):  # numpy would drop the imaginary parts
         raise ValueError("points must be real numbers, not complex ones")
+    if isinstance(points, np.ma.MaskedArray) and points.mask.any():  # numpy would take what is under the mask
+        row = int(np.argwhere(np.ma.getmaskarray(points))[0, 0])
+        raise ValueError(f"row {row} of the points is masked: leave such rows out, or fill them")
     try:
         array = np.asarray(points, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(_why_not_numbers(points)) from None
     if array.ndim != 2 or array.shape[1] == 0:
         raise ValueError(f"points must have the shape (n, d): n rows of d coordinates, not {array.shape}")
@@ -117,8 +120,8 @@ def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:
     for row, values in enumerate(points):
         try:
             count = np.array(values, dtype=np.float64).size
-        except (TypeError, ValueError):
-            return f"row {row} of the points is not a row of numbers: {values!r}"
+        except (TypeError, ValueError, OverflowError):
+            return f"row {row} of the points is not a row of numbers: {values!r:.80}"
         if width is not None and count != width:
             return f"row {row} of the points has {count} coordinates, the rows before it {width}: {values!r}"
         width = count
