@@ -176,6 +176,15 @@ def test_a_symmetric_shape_takes_as_many_poles_however_it_is_turned(n):
     assert max(counts) - min(counts) <= 1
 
 
+def test_long_edges_between_short_chords_take_few_poles():
+    angle = np.linspace(0, np.pi / 2, 16)
+    quarter = np.column_stack([2 * np.cos(angle) + 20, 2 * np.sin(angle) + 20])
+    outline = np.concatenate([quarter @ np.linalg.matrix_power([[0, 1], [-1, 0]], k) for k in range(4)])
+    fit = cadfit.fit(outline, 0.044, closed=True, effort="fast")
+    assert fit.poles <= 16  # 25 with three samples on an edge, which left it room to swing
+    held(fit, type(OWN["leaf"])(outline, True))
+
+
 def trefoil(n):
     t = 2 * np.pi * np.arange(n) / n
     return 10 * np.column_stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])

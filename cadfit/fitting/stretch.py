@@ -27,6 +27,7 @@ _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the 
 _LOST = 120.0  # roundings of the largest coordinate, at most, that the curve is moved by in its place
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
+_SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
 _ROUNDS = 12  # of mending what a check finds
 _SEAM = 1e-2  # of a long span beside it: a shorter one is no place for the seam
 _EPS = float(np.finfo(np.float64).eps)
@@ -213,14 +214,18 @@ def _met(trial: Trial, most: float) -> Trial:
 
 
 def _watched(trial: Trial, chords: Ints) -> Trial:
-    """Return the trial with a target on each of the chords, where the curve strays most."""
+    """Return the trial with targets on each of the chords: where the curve strays most, and at its other swings."""
     goal = trial.goal
     u = np.append(trial.u[goal.data], trial.u[0] + goal.period)
     within = np.arange(1, 64)[:, None] / 64.0
     at = u[chords] + within * (u[chords + 1] - u[chords])
     places = trial.curve.points(at.ravel(), trial.curve.spans.find(at.ravel()))
     far = goal.straying(places, np.tile(chords, len(within))).reshape(at.shape)
-    return watched(trial, chords, within[np.argmax(far, axis=0), 0])
+    around = np.pad(far, ((1, 1), (0, 0)))
+    peaks = (far >= around[:-2]) & (far > around[2:]) & (far > _SWING)
+    peaks[np.argmax(far, axis=0), np.arange(len(chords))] = True
+    rows, which = np.nonzero(peaks)
+    return watched(trial, chords[which], within[rows, 0])
 
 
 def _surely(stretch: Stretch) -> Check:

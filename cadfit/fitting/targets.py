@@ -15,6 +15,7 @@ from cadfit.fitting.spans import dot
 
 BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
 _FRACTIONS = np.array([0.25, 0.5, 0.75])
+_MOST = 32.0  # times as long as a neighbour: a longer chord gets no more samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,8 +153,9 @@ def _parts(chain: Array) -> Array:
 def with_samples(goal: Targets) -> Targets:
     """Return the targets with lightly weighted samples of the chain where the points say too little.
 
-    Those are three on a chord: where the chain bulges by over a quarter of the tolerance, and where a chord is more
-    than three times as long as a neighbour; of a polyline, where a chord is longer than the tolerance.
+    Those are three on a chord: where the chain bulges by over a quarter of the tolerance; of a polyline, where a chord
+    is longer than the tolerance. On a chord more than three times as long as a neighbour they are half as many as it
+    is times as long, or three: what joins short chords to a long straight one ends within the reach of the short ones.
     """
     tolerance = goal.allowed[0]
     chord = np.linalg.norm(goal.chain[:, 3] - goal.chain[:, 0], axis=1)
@@ -161,8 +163,11 @@ def with_samples(goal: Targets) -> Targets:
     if not goal.closed:
         shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
     bent = chord > tolerance if goal.polyline else goal.room - tolerance > 0.25 * BULGE * tolerance
-    chosen = np.flatnonzero(bent | (chord > 3.0 * shorter))
-    return sampled(goal, goal.u, np.tile(chosen, len(_FRACTIONS)), np.repeat(_FRACTIONS, len(chosen)))[0]
+    times = np.minimum(chord, _MOST * shorter) / np.maximum(shorter, np.finfo(np.float64).tiny)
+    counts = np.where(times > 3.0, np.maximum(0.5 * times, 3.0), np.where(bent, 3.0, 0.0)).astype(np.intp)
+    chosen = np.repeat(np.arange(len(chord)), counts)
+    within = np.arange(len(chosen)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return sampled(goal, goal.u, chosen, (within + 1.0) / (counts[chosen] + 1.0))[0]
 
 
 def sampled(goal: Targets, u: Array, chords: Ints, at: Array) -> tuple[Targets, Array, Ints]:
