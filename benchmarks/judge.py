@@ -61,9 +61,8 @@ def measured(fit, points, closed, between="curve"):
         places = curve(np.where(at > high, at - (high - low), at))
         strays[rows] = to_segment(places, around[:-1][rows], around[1:][rows]).max(axis=1)
     if between == "curve":
-        shape = (
-            centred if np.all(np.any(np.diff(centred, axis=0), axis=1)) else points
-        )  # where rounding has merged some
+        merged = not np.any(np.diff(centred, axis=0), axis=1).all()  # by rounding, about the middle
+        shape = points if merged else centred
         for rows in stretches(len(points), fit.corners, closed):
             whole = closed and not len(fit.corners)
             allowed[rows if whole else rows[:-1]] += _BULGE * bulges(shape[rows], whole)

@@ -53,7 +53,8 @@ def fit(
     `progress` is called with the part that is done, from 0 to 1; raising from it stops the fit.
 
     Raises ValueError for bad points (naming the row), a tolerance that is not positive or that float64 cannot hold at
-    these coordinates (naming the least that it can), and arguments that do not fit.
+    these coordinates (naming the least that it can), points too small or too large to square, arguments that do not
+    fit, and where no curve is found that is certain to hold.
     Source: ours; knot moves after Jupp, Approximation to data by splines with free knots, SIAM J. Numer. Anal. 15,
     1978; tangent distance after Blake and Isard, Active Contours, 1998.
 

@@ -24,7 +24,7 @@ from cadfit.stages import Progress, portion, stage
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
 _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
-_LOST = 120.0  # roundings of the largest coordinate, at most, that the curve is moved by in its place
+_LOST = 120.0  # roundings of the largest coordinate: at most so far is a pole moved in place, most at a seam
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere

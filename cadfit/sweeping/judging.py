@@ -18,44 +18,40 @@ _WINDOW = 200  # samples to either side when the nearest places of two parts are
 _BESIDE = 4  # rings to either side of each, between which these are
 
 
-def crossings(
-    path: BSpline,
-    whole: Chain,
-    cusps: Array,
-    rings: Rings,
-    lids: Sequence[Array],
-    section: Section,
-    short: list[Short],
-    varies: bool,
-    any_one: bool = False,
+def tight_places(
+    path: BSpline, whole: Chain, cusps: Array, rings: Rings, section: Section, short: list[Short]
 ) -> list[Crossing]:
-    """Return where a sweep passes through itself: each kind, the worst place of each first.
+    """Return where a sweep has no room in the path's bends and corners: each kind, the worst place of each first.
 
-    `cusps` are the parameters where the path turns back, `lids` the triangles (t, 3, 3) of the caps at the start and
-    the end, `short` the legs without room for their mitres. `varies`: the outline grows or turns along the path.
-    With `any_one` parts that touch are not looked for where something else is found.
+    `cusps` (k,) are the parameters where the path turns back, `short` the legs without room for their mitres.
     """
     reach = section.reach
-    outline = rings.points[:, : len(section.loops[0])]
-    arms = (outline - rings.centres[:, None]) / section.outside
+    _, arms = _outline(rings, section)
     found = [Crossing("cusp", float(u), path(u), reach, 0.0) for u in cusps]
     found += _bends(path, whole, rings.parameters, arms, reach, section.outside > 1.0)
     found += [
         Crossing("corner", leg.start, leg.place, reach, leg.factor * reach, leg.end)
         for leg in sorted(short, key=lambda leg: leg.factor)
     ]
-    if found and any_one:
-        return found
-    # Beside a bend that is too tight nothing needs to be said twice.
-    found += _touching(path, rings, outline, arms, lids, varies and not found)
     return found
 
 
-def _touching(
-    path: BSpline, rings: Rings, outline: Array, arms: Array, lids: Sequence[Array], varies: bool
+def _outline(rings: Rings, section: Section) -> tuple[Array, Array]:
+    """Return the points (n, k, 3) of the outline, and as they are seen from the rings' centres, on the exact curve."""
+    outline = rings.points[:, : len(section.loops[0])]
+    return outline, (outline - rings.centres[:, None]) / section.outside
+
+
+def touching_parts(
+    path: BSpline, rings: Rings, lids: Sequence[Array], section: Section, varies: bool
 ) -> list[Crossing]:
-    """Return the crossing, if any, of parts that touch; where the outline `varies`, of parts beside each other too."""
-    walls, centres, tangents = outline, rings.centres, rings.tangents
+    """Return the crossing, if any, of parts of a sweep that touch.
+
+    `lids` are the triangles (t, 3, 3) of the caps at the start and the end. `varies`: the outline grows or turns along
+    the path, so that parts beside each other are looked at, too.
+    """
+    walls, arms = _outline(rings, section)
+    centres, tangents = rings.centres, rings.tangents
     if path.closed:
         walls, centres, tangents = (np.concatenate([rows, rows[:1]]) for rows in (walls, centres, tangents))
     if varies:

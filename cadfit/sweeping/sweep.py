@@ -20,7 +20,7 @@ from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
 from cadfit.sweeping.frames import lifted
-from cadfit.sweeping.judging import crossings
+from cadfit.sweeping.judging import tight_places, touching_parts
 from cadfit.sweeping.laws import Law as Law
 from cadfit.sweeping.laws import is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
@@ -163,7 +163,9 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     varies = not (section.constant and (course.steady or section.outside > 1.0))  # a circle may turn
     cusps, ends = corners[angles > SHARPEST], ends or [np.empty((0, 3, 3))] * 2
     repairs = wanted.on_self_intersection == "repair"
-    found = crossings(path, whole, cusps, rings, ends, section, short, varies, any_one=repairs)
+    found = tight_places(path, whole, cusps, rings, section, short)
+    if not (found and repairs):  # beside what is too tight nothing needs to be said twice
+        found += touching_parts(path, rings, ends, section, varies and not found)
     wanted.tell(found)
     wanted.progress(0.6)
     if short:  # where a mitre has no room, the profile turns on the spot
