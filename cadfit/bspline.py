@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DEGREE = 3
+_BLOCK = 1 << 15  # rows
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -49,16 +51,8 @@ class BSpline:
             raise ValueError(f"poles must have the shape (n >= 4, d >= 1), not {poles.shape}")
         if knots.shape != (len(poles) + DEGREE + 1,):
             raise ValueError(f"{len(poles)} poles need {len(poles) + 4} knots (full vector), not {knots.shape}")
-        falls = knots[1:] < knots[:-1]
-        if falls.any():
-            row = int(np.argmax(falls))
-            raise ValueError(f"knots must not fall: knot {row} is {knots[row]}, knot {row + 1} is {knots[row + 1]}")
-        if not (knots[0] == knots[3] < knots[4] and knots[-5] < knots[-4] == knots[-1]):
-            raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
-        interior = knots[4:-4]
-        crowded = interior[3:] == interior[:-3]
-        if crowded.any():
-            raise ValueError(f"the interior knot {interior[np.argmax(crowded)]} stands more than three times")
+        if not ((knots[:4] == knots[0]).all() and (knots[-4:] == knots[-1]).all() and _rising(knots[3:-3])):
+            _check_repeats(knots)
 
     def __repr__(self) -> str:
         spans = len(self.distinct_knots) - 1
@@ -323,11 +317,33 @@ def _frozen(values: ArrayLike, name: str) -> Array:
             array = np.array(values, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
-    if not np.isfinite(array).all():
+    if not all(np.isfinite(rows).all() for rows in _in_blocks(np.atleast_1d(array), 0)):
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must be finite: entry {where} is {array[where]}")
     array.setflags(write=False)
     return array
+
+
+def _in_blocks(array: Array, overlap: int) -> Iterator[Array]:
+    """Yield so many rows at a time that what is made of them stays in the cache, each time some of the next ones."""
+    return (array[start : start + _BLOCK + overlap] for start in range(0, len(array) - overlap, _BLOCK))
+
+
+def _rising(knots: Array) -> bool:
+    return all((some[1:] > some[:-1]).all() for some in _in_blocks(knots, 1))
+
+
+def _check_repeats(knots: Array) -> None:
+    falls = knots[1:] < knots[:-1]
+    if falls.any():
+        row = int(np.argmax(falls))
+        raise ValueError(f"knots must not fall: knot {row} is {knots[row]}, knot {row + 1} is {knots[row + 1]}")
+    if not (knots[0] == knots[3] < knots[4] and knots[-5] < knots[-4] == knots[-1]):
+        raise ValueError("the first and the last knot must stand exactly four times (a clamped spline)")
+    interior = knots[4:-4]
+    crowded = interior[3:] == interior[:-3]
+    if crowded.any():
+        raise ValueError(f"the interior knot {interior[np.argmax(crowded)]} stands more than three times")
 
 
 def own(array: Array) -> Array:

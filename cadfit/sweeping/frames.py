@@ -6,9 +6,11 @@ Source: Wang, Jüttler, Zheng, Liu, Computation of rotation minimizing frames, A
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +20,14 @@ from cadfit.bspline import BSpline
 from cadfit.sweeping.cubics import NOISE, SLOW, horner, limits, may_rest, norms, powers
 from cadfit.sweeping.spinors import Complex, across, carried, level, reflected, renamed, running, spinors, turned
 
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+_T = TypeVar("_T")
 SMOOTH = 1e-6  # radians: a smaller break of the tangent is rounding, a larger one is a corner
 _LEVEL = 1e-6  # the sine of the least angle between a tangent and `up`
-_BLOCK = 8192  # stations whose numbers stay in the cache
+_BLOCK = 16384  # stations whose numbers stay in the cache
+_MANY = 4  # blocks: from so many on threads are worth their start
 _PLACES = ("origins", "tangents", "normals", "binormals", "lengths")
 
 
@@ -110,11 +117,11 @@ def _along(path: BSpline, wanted: Array) -> Frames:
         length, error = along[-1], error + steps.error
         ends += [(steps.tangents[:, k], psi[:, k], factors[k]) for k in (0, -1)]
         placed = points, steps.tangents, *across(psi, factors / steps.squares)
-        keep = is_wanted[rows]
-        filled = slice(done, done + int(np.count_nonzero(keep)))
+        kept = np.flatnonzero(is_wanted[rows])
+        filled = slice(done, done + len(kept))
         for found, out in (along, lengths), *zip(placed, vectors, strict=True):
-            out[..., filled] = found if keep.all() else found[..., keep]
-        done = filled.stop - int(keep[-1])  # which the next block starts with
+            found.take(kept, axis=-1, out=out[..., filled], mode="clip")  # nothing to clip, but quicker
+        done = filled.stop - int(is_wanted[rows][-1])  # which the next block starts with
     (leaving, first, begun), (arriving, last, factor) = ends[0], ends[-1]
     angle = 0.0
     if path.closed and np.linalg.norm(arriving - leaving) <= SMOOTH:
@@ -137,23 +144,41 @@ def _with_knots(path: BSpline, wanted: Array) -> tuple[Array, NDArray[np.bool_]]
 
 
 def _blocks(path: BSpline, u: Array) -> Iterator[tuple[slice, Array, _Steps]]:
-    """Yield the rows of stations u (n,) that stay in the cache together, their places (3, k), and the steps there.
+    """Return, block by block, rows of stations u (n,) that stay in the cache, their places (3, k), and the steps there.
 
     The last row of one is the first of the next. Where the path may stand still, what comes long before and after
     tells its direction, so there all rows are one block.
     """
     knots = path.distinct_knots
-    starts = np.searchsorted(u, knots[:-1])
-    owner = np.repeat(np.arange(len(starts)), np.diff([*starts, len(u)]))
+    first = np.searchsorted(u, knots[:-1])
+    owner = np.repeat(np.arange(len(first)), np.diff([*first, len(u)]))
     poles = path.pieces().transpose(1, 2, 0)
     legs, widths = poles[1:] - poles[:-1], knots[1:] - knots[:-1]
     coefficients = powers(poles[0], legs)
     size = len(u) if len(u) <= _BLOCK or may_rest(legs / widths) else _BLOCK
-    for start in range(0, len(u) - 1, size):
+
+    def block(start: int) -> tuple[slice, Array, _Steps]:
         rows = slice(start, start + size + 1)
         mine = owner[rows]
         points, velocities = horner(coefficients.take(mine, axis=2), (u[rows] - knots[mine]) / widths[mine])
-        yield rows, points, _steps(points, velocities / widths[mine], u[rows])
+        return rows, points, _steps(points, velocities / widths[mine], u[rows])
+
+    starts = range(0, len(u) - 1, size)
+    return map(block, starts) if len(starts) < _MANY else _ahead(block, starts)
+
+
+def _ahead(work: Callable[[int], _T], items: Iterable[int]) -> Iterator[_T]:
+    """Yield what the work makes of the items, in order; threads work on a few at once, for numpy lets them."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    count = min(os.cpu_count() or 1, _MANY)
+    with ThreadPoolExecutor(count) as pool:
+        begun: deque[Future[_T]] = deque()
+        for item in items:
+            begun.append(pool.submit(work, item))
+            if len(begun) > 2 * count:
+                yield begun.popleft().result()
+        yield from (future.result() for future in begun)
 
 
 class _Steps(NamedTuple):
