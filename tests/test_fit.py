@@ -207,6 +207,19 @@ def test_a_noisy_circle_is_smoothed_within_the_tolerance_and_followed_where_that
     held(traced, type(OWN["leaf"])(points, True))
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_at_twice_its_scale_takes_as_many_poles_whichever_way_it_is_turned(seed):
+    """Strays are found while knots are added, and points side by side slide to one foot point: neither may run away."""
+    points = turn(2000, 50.0) + np.random.default_rng(seed).normal(scale=0.05, size=(2000, 2))
+    counts = []
+    for angle in (0.0, 1.1):
+        rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        fit = cadfit.fit(points @ rotation, 0.1, closed=True, effort="fast")
+        held(fit, type(OWN["leaf"])(points @ rotation, True))
+        counts.append(len(fit.spline.poles))
+    assert counts[0] == counts[1] <= 400
+
+
 def test_a_straight_run_takes_four_poles():
     x = np.linspace(0, 3, 50) ** 2
     for points in (np.column_stack([x, 2 * x, 1 - x]), np.column_stack([x, x])[[0, -1]], x[:, None]):
@@ -365,6 +378,14 @@ def test_noise_at_the_tolerance_is_followed_among_many_points():
     shape = many(5200, False, 4e-3)
     fit = cadfit.fit(shape.points, 0.01, effort="fast", corners=None)
     assert violations(fit, shape.points, False) == []
+
+
+@pytest.mark.slow
+def test_noise_at_two_and_a_half_times_its_scale_is_followed_among_many_points():
+    points = turn(20000, 50.0) + np.random.default_rng(1).normal(scale=0.05, size=(20000, 2))
+    fit = cadfit.fit(points, 0.125, closed=True, effort="fast")
+    assert len(fit.spline.poles) <= 2500
+    assert violations(fit, points, True) == []
 
 
 # Laws.

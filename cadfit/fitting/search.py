@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cadfit.bezier import Array
-from cadfit.fitting.relax import Trial, looping, relax, settled, start
+from cadfit.fitting.relax import Trial, checked, looping, relax, settled, start
 from cadfit.fitting.rounded import at_points
 from cadfit.fitting.spans import Spans
 from cadfit.fitting.targets import Targets
@@ -19,6 +19,7 @@ _ASIDE = 0.04  # of a part: knots stand beside where points of a symmetric shape
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
 _NEAR = 1.5  # a largest error that other knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
+_MET = 0.05  # of two targets' distance: parameters that near have slid together
 _SHARE = 0.25  # of the spans: how many are taken away at once, at first
 _FEW_TRIALS, _FEW_PASSES = 8, 8
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
@@ -38,12 +39,10 @@ def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard, mo
     while True:
         progress(turn / (turn + 4.0))  # how many turns there will be is not known
         turn += 1
-        trial = start(goal, knots, u)
-        if trial.worst < _FAR:
-            trial = relax(trial, 6, move_knots=False)
+        trial = _eased(_begun(goal, knots, u))
         if trial.met or trial.curve.spans.count > min(most, 2 * len(u) + 8):
             return trial
-        knots, u, goal = _bisected(trial), trial.u, trial.goal
+        knots, u, goal = _bisected(trial), _parted(trial), trial.goal
         if len(knots) == len(trial.curve.spans.knots):
             return trial
         if not dense and len(knots) > 0.75 * goal.data.sum():
@@ -54,6 +53,35 @@ def grow(goal: Targets, knots: Array, u: Array, progress: Progress = unheard, mo
                 return dense_trial
             if dense_trial.worst < trial.worst or len(knots) > len(first):
                 knots, u, goal = _bisected(dense_trial), dense_trial.u, dense_trial.goal
+
+
+def _begun(goal: Targets, knots: Array, u: Array) -> Trial:
+    """Return the start with these knots; made again where it strayed so that targets had to be added."""
+    trial = checked(start(goal, knots, u))
+    return trial if len(trial.u) == len(u) else checked(start(trial.goal, knots, trial.u))
+
+
+def _eased(trial: Trial) -> Trial:
+    """Return what a few passes make of the trial, or the trial: in noise they may turn one miss into many."""
+    if trial.met or trial.worst >= _FAR:
+        return trial
+    relaxed = relax(trial, 6, move_knots=False)
+    return relaxed if relaxed.met else min(trial, relaxed, key=_promise)
+
+
+def _parted(trial: Trial) -> Array:
+    """Return the parameters with missed targets that have all but met set apart by their distances.
+
+    Noise that puts two of them side by side, or in the wrong order, lets them slide to one foot point, where no number
+    of knots would tell one from the other.
+    """
+    u, chords = trial.u, np.linalg.norm(np.diff(trial.goal.points), axis=0)
+    run = np.concatenate([[0], np.cumsum(np.diff(u) >= _MET * chords)])  # of targets that have met
+    free = ((np.bincount(run) > 1) & (np.bincount(run, trial.error > 1.0) > 0))[run]
+    free[1:-1] |= free[:-2] | free[2:]
+    free[[0, -1]] = False
+    along = np.concatenate([[0.0], np.cumsum(chords)])
+    return np.where(free, np.interp(along, along[~free], u[~free]), u)
 
 
 def _bisected(trial: Trial) -> Array:
