@@ -178,6 +178,26 @@ def test_a_closed_curve_may_start_anywhere_on_the_contour(shift, repeat):
     assert nearest.max() <= found.between <= nearest.max() * 1.02  # its own chord, not a neighbour's, counts
 
 
+def crossing():
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    return np.column_stack([np.sin(turn), np.sin(2 * turn)])
+
+
+def twice_round():
+    turn = np.linspace(0, 4 * np.pi, 80, endpoint=False)
+    return (1 + 0.02 * np.cos(turn / 2))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+@pytest.mark.parametrize(("contour", "noise"), [(crossing(), 0.0), (crossing(), 1e-3), (twice_round(), 5e-3)])
+def test_a_closed_curve_starts_on_the_branch_the_first_point_is_on(contour, noise):
+    spline = cadfit.local_spline(contour, closed=True)
+    points = contour + noise * np.random.default_rng(0).normal(size=contour.shape)
+    found = [cadfit.deviation(spline, np.roll(points, -k, axis=0), closed=True) for k in range(0, len(points), 5)]
+    own = np.linalg.norm(spline(cadfit.parametrize(contour, closed=True)[:-1]) - points, axis=1).max()
+    assert max(each.points for each in found) <= own * 1.001 + 1e-13
+    assert max(each.between for each in found) <= 1.001 * min(each.between for each in found)
+
+
 def test_several_curves_joined_at_corners():
     sides = [
         np.column_stack([np.linspace(0, 4, 9), np.zeros(9)]),

@@ -13,6 +13,7 @@ from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bounds
 from cadfit.fitting.matching import blocks, distances, match
+from cadfit.fitting.starting import match_around, to_the_ends
 from cadfit.joining import join
 from cadfit.points.clean import as_contour
 from cadfit.stages import Progress, portion, rising, stage, unheard
@@ -72,15 +73,14 @@ def deviation(
     matching, bounding = portion(heard, 0.0, _MATCHED), portion(heard, _MATCHED, 1.0)
     if not closed:
         u, gap = match(spline, given, matching)
-        found = _bounds(spline, given, gap, *_to_the_ends(spline, given, u, gap), opening, progress=bounding)
+        found = _bounds(spline, given, gap, *to_the_ends(spline, given, u, gap), opening, progress=bounding)
         bounding(1.0)
         return found
     seam = _gap(spline, spline)
     if seam > 1e-9 * spline.size:
         raise ValueError("closed=True needs a curve that ends where it starts")
-    spline = _started_at(spline, given[0])
     contour = np.concatenate([given, given[:1]])
-    u, gap = _to_the_ends(spline, contour, *match(spline, contour, matching))
+    spline, u, gap = match_around(spline, contour, matching)
     found = _bounds(spline, contour, gap, u, gap, opening + seam, repeated=1, progress=bounding)
     bounding(1.0)
     return found
@@ -128,18 +128,6 @@ def straying_chords(spline: BSpline, points: Array, u: Array, room: Array) -> In
     return np.flatnonzero(strays)
 
 
-def _started_at(spline: BSpline, point: Array) -> BSpline:
-    """Return the closed curve started at its place nearest to the point."""
-    start, distance = spline.nearest(point)
-    low, high = spline.domain
-    here = float(np.linalg.norm(spline.poles[0] - point))
-    edge = 1e-12 * (high - low)  # a start nearer than this to the seam is the seam
-    if here <= float(distance) + 1e-14 * spline.size or not low + edge < start < high - edge:
-        return spline
-    left, right = spline.split(float(start))
-    return join([right, left])
-
-
 def _gap(before: BSpline, after: BSpline) -> float:
     return float(np.linalg.norm(after.poles[0] - before.poles[-1]))
 
@@ -148,14 +136,6 @@ def _centred(spline: BSpline, points: Array) -> tuple[BSpline, Array]:
     """Return both about the points' mean: at large offsets rounding would drown the distances."""
     origin = np.array([column.mean() for column in points.T])
     return BSpline(own(spline.poles - origin), spline.knots), points - origin
-
-
-def _to_the_ends(spline: BSpline, points: Array, u: Array, gap: Array) -> tuple[Array, Array]:
-    """Return the parameters and the distances there with the first and the last at the ends of the curve."""
-    u, gap = u.copy(), gap.copy()
-    u[0], u[-1] = spline.domain
-    gap[[0, -1]] = distances(spline, points[[0, -1]], u[[0, -1]])
-    return u, gap
 
 
 def _bounds(

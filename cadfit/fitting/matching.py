@@ -47,7 +47,7 @@ def match(spline: BSpline, points: Array, progress: Progress = unheard) -> tuple
     feet = np.empty(len(u))
     for rows in blocks(len(u)):
         progress(rows.start / len(u))
-        feet[rows] = _feet(spline, points[rows], u[rows])
+        feet[rows] = foot_points(spline, points[rows], u[rows])
     behind, ahead = np.maximum.accumulate(feet), np.minimum.accumulate(feet[::-1])[::-1]
     u = 0.5 * (behind + ahead)
     return _recheck_largest(spline, points, u, distances(spline, points, u))
@@ -90,7 +90,7 @@ def _in_reach(spline: BSpline, points: Array, u: Array) -> bool:
 
 def _matched(spline: BSpline, points: Array, low: float, high: float) -> Array:
     """Return the best ordered parameters between low and high: over samples, then in shrinking windows around them."""
-    v, samples = _samples(spline, low, high, len(points))
+    v, samples = samples_between(spline, low, high, len(points))
     segment, place = best_order(points, samples)
     width = np.diff(v)[segment]
     u = np.maximum.accumulate(v[segment] + place * width)
@@ -100,7 +100,7 @@ def _matched(spline: BSpline, points: Array, low: float, high: float) -> Array:
         u = window[np.arange(len(u)), best_order_in_windows(window, np.einsum("nkd,nkd->nk", gap, gap))]
         width /= 6.0
     for turn in (slice(0, None, 2), slice(1, None, 2)):  # to the foot, as far as the neighbours leave room
-        feet = _feet(spline, points[turn], u[turn])
+        feet = foot_points(spline, points[turn], u[turn])
         around = np.concatenate([[low], u, [high]])
         feet = np.clip(feet, around[:-2][turn], around[2:][turn])
         nearer = distances(spline, points[turn], feet) < distances(spline, points[turn], u[turn])
@@ -136,7 +136,7 @@ def best_order_in_windows(window: Array, square: Array) -> Ints:
 def _spread(spline: BSpline, points: Array) -> Array:
     """Return ordered parameters for many points: 1,000 of them matched, the others by length in between."""
     chosen = np.linspace(0, len(points) - 1, _ROWS).astype(np.intp)
-    v, samples = _samples(spline, *spline.domain, _ROWS)
+    v, samples = samples_between(spline, *spline.domain, _ROWS)
     segment, place = best_order(points[chosen], samples)
     at = np.maximum.accumulate(v[segment] + place * (v[segment + 1] - v[segment]))
     along_points, along_curve = _lengths_along(points), _lengths_along(samples)
@@ -144,7 +144,7 @@ def _spread(spline: BSpline, points: Array) -> Array:
     return np.asarray(np.interp(at_length, along_curve, v))
 
 
-def _samples(spline: BSpline, low: float, high: float, rows: int) -> tuple[Array, Array]:
+def samples_between(spline: BSpline, low: float, high: float, rows: int) -> tuple[Array, Array]:
     """Return parameters and points of the curve between two parameters, for so many rows of points."""
     knots = spline.distinct_knots
     edges = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
@@ -208,7 +208,7 @@ def _squares(points: Array, samples: Array) -> tuple[Array, Array]:
     return square, ratio
 
 
-def _feet(spline: BSpline, points: Array, u: Array) -> Array:
+def foot_points(spline: BSpline, points: Array, u: Array) -> Array:
     """Return the foot points (local minima of distance) that Newton's method reaches from u, each on its own."""
     low, high = spline.domain
     best, rows, target = u.copy(), np.arange(len(u)), np.ascontiguousarray(points.T)
