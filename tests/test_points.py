@@ -190,6 +190,30 @@ def test_unknown_parametrizations_are_named(parametrization):
             use([(0, 0), (1, 1)], parametrization=parametrization)
 
 
+@pytest.mark.parametrize("fit", [parametrize, local_spline, interpolate])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize(("gap", "parametrization"), [(6e-17, "chord"), (1e-40, "chord"), (1e-40, "centripetal")])
+def test_neighbours_too_near_for_parameters_are_named(fit, closed, gap, parametrization):
+    points = [(2, 0), (1, 1), (0, 0), (gap, 0), (-1, 2), (0, 3)]  # cos(pi / 2) is 6e-17
+    with pytest.raises(ValueError, match=f"rows 2 and 3 of the points are {gap} apart, too near"):
+        fit(points, parametrization=parametrization, closed=closed)
+    fit(points, parametrization="uniform", closed=closed)
+
+
+@pytest.mark.parametrize("gap", [1e-15, 3e-15, 1e-14, 1e-13])
+def test_neighbours_barely_apart_are_fitted_or_named(gap):
+    points = [(2, 0), (1, 1), (0, 0), (gap, 0), (-1, 2), (0, 3)]
+    for closed in (False, True):
+        try:
+            u = parametrize(points, "chord", closed)
+        except ValueError:
+            assert gap < 1e-13
+            continue
+        for fit in (local_spline, interpolate):
+            curve = fit(points, parametrization="chord", closed=closed)
+            np.testing.assert_allclose(curve(u[:6]), points, rtol=0, atol=1e-14)
+
+
 @pytest.mark.parametrize("rows", ["ABABA", "ABA", "AABBAABBA"])
 def test_back_and_forth_between_two_points_is_no_contour(rows):
     points = [{"A": (0.0, 1.0), "B": (2.0, 1.0)}[row] for row in rows]

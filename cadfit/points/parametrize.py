@@ -14,6 +14,7 @@ from cadfit.points.clean import as_points
 Parametrization = Literal["uniform", "centripetal", "chord"]
 
 _BLOCK = 1 << 13  # points: their steps stay in the cache, and take no fresh memory
+_LEAST = 8.0  # roundings of a parameter: between the next two, a spline may have two more knots
 _STEP: dict[str, Callable[[Array], Array]] = {"uniform": np.ones_like, "centripetal": np.sqrt, "chord": np.asarray}
 
 
@@ -24,7 +25,8 @@ def parametrize(points: ArrayLike, parametrization: Parametrization = "centripet
     parameters start at 0 and are scaled so that the whole range is the length of the polyline, in the caller's unit:
     speeds are near 1, which is what kernels with absolute parametric tolerances expect.
 
-    Raises ValueError for an unknown parametrization, and where two neighbours are equal (`clean` drops repeats).
+    Raises ValueError for an unknown parametrization, and where two neighbours are equal (`clean` drops repeats) or so
+    near each other that float64 cannot tell their parameters apart.
     Source: Lee, Choosing nodes in parametric curve interpolation, CAD 21(6), 1989.
 
     >>> parametrize([[0, 0], [4, 0], [4, 9]], "centripetal").round(3)
@@ -51,6 +53,21 @@ def parameters_of(points: Array, parametrization: Parametrization, closed: bool)
         raise ValueError(f"rows {row} and {following} of the points are equal: drop repeats with cadfit.clean")
     parameters = np.empty(len(points))
     parameters[0] = 0.0
-    np.add.accumulate(_STEP[parametrization](chords), out=parameters[1:])
+    steps = _STEP[parametrization](chords)
+    np.add.accumulate(steps, out=parameters[1:])
+    if steps.min() <= _LEAST * np.spacing(parameters[-1]):
+        _check_apart(parameters, steps, chords, closed)
     parameters *= chords.sum() / parameters[-1]
     return parameters
+
+
+def _check_apart(parameters: Array, steps: Array, chords: Array, closed: bool) -> None:
+    """Refuse neighbours whose parameters differ by rounding alone; round a seam the period is added to them."""
+    lost = steps <= _LEAST * np.spacing(parameters[-1:] if closed else parameters[1:])
+    if lost.any():
+        row = int(np.argmax(lost))
+        following = (row + 1) % (len(parameters) - closed)
+        raise ValueError(
+            f"rows {row} and {following} of the points are {chords[row]:.3g} apart, too near each other to have "
+            "different parameters: drop one of them"
+        )
