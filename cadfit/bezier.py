@@ -16,6 +16,7 @@ Ints = NDArray[np.intp]
 
 _CHUNK = 1 << 16  # pieces handled at a time where a step needs several numbers for each
 
+_LEAST = 1e-15  # the finest accuracy of a length: below it rounding never lets halves agree with their whole
 _NODES, _WEIGHTS = (0.5 * rule for rule in np.polynomial.legendre.leggauss(12))
 _BASIS = np.stack(
     [(0.5 - _NODES) ** 2, 2.0 * (0.5 - _NODES) * (0.5 + _NODES), (0.5 + _NODES) ** 2]
@@ -106,7 +107,7 @@ def lengths(pieces: Array, accuracy: float = 1e-9, progress: Callable[[float], N
     >>> lengths(np.array([[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]]))
     array([3.])
     """
-    total = np.zeros(len(pieces))
+    total, accuracy = np.zeros(len(pieces)), max(accuracy, _LEAST)
     share = np.linalg.norm(np.diff(pieces, axis=1), axis=2).sum() / max(len(pieces), 1)
     for start in range(0, len(pieces), _CHUNK):
         if progress is not None:

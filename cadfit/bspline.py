@@ -241,11 +241,14 @@ class BSpline:
     def length(self, accuracy: float = 1e-9, progress: Progress | None = None) -> float:
         """Return the arc length, with an estimated relative error of at most `accuracy` (see `bezier.lengths`).
 
-        `progress` is called with the part that is done, from 0 to 1; raising from it stops.
+        `progress` is called with the part that is done, from 0 to 1; raising from it stops. Raises ValueError when
+        `accuracy` is not above 0.
 
         >>> BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]).length()
         3.0
         """
+        if not accuracy > 0.0:
+            raise ValueError(f"the accuracy must be above 0, not {accuracy}")
         found = float(bezier.lengths(self.pieces(), accuracy, progress).sum())
         portion(progress, 0.0, 1.0)(1.0)
         return found

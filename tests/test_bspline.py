@@ -259,7 +259,7 @@ def test_length_in_one_dimension_is_the_way_gone(spline):
     assert spline.length() == pytest.approx(truth, rel=1e-9, abs=1e-300)
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12, 1e-30])
 def test_length_keeps_the_asked_accuracy(accuracy):
     spline = example()
     truth = sum(reference.smooth_length(piece, 1024) for piece in spline.pieces())
@@ -493,6 +493,8 @@ def test_bad_poles_and_knots_are_named(poles, knots, says):
         (lambda s: s.insert_knot(1.0, 2), r"knot 1.0 stands 2 times; 2 more is not possible"),
         (lambda s: s.insert_knot(0.7, 4), r"knot 0.7 stands 0 times; 4 more is not possible"),
         (lambda s: s.insert_knot(0.7, -1), "-1 more is not possible"),
+        (lambda s: s.length(0.0), "accuracy must be above 0, not 0.0"),
+        (lambda s: s.length(np.nan), "accuracy must be above 0, not nan"),
         (lambda s: s.split(6.0), "strictly inside .* not at 6.0"),
         (lambda s: s.transformed(np.eye(2)), r"matrix must have the shape \(k, 3\), not \(2, 2\)"),
         (lambda s: s.transformed([1.0, 2.0, 3.0]), r"matrix must have the shape \(k, 3\), not \(3,\)"),
