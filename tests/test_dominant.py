@@ -210,6 +210,9 @@ def test_a_dense_chain_takes_few_rounds():
         ({"count": 6}, "from 2 to 5"),
         ({"count": 2, "closed": True}, "from 3 to 5"),
         ({"count": 2.5}, "whole number"),
+        ({"count": np.nan}, "whole number"),
+        ({"count": np.inf}, "whole number"),
+        ({"count": "many"}, "whole number"),
         ({"fraction": 0.0}, "above 0"),
         ({"fraction": np.nan}, "above 0"),
         ({"square_error": -1.0}, "at least 0"),
@@ -222,11 +225,20 @@ def test_mistakes_are_named(how, message):
         dominant_points([(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)], **how)
 
 
+def test_a_whole_number_may_be_a_float():
+    t = np.linspace(0, 3, 20)
+    points = np.column_stack([t, np.sin(t * t)])
+    assert initial_dominant_points(points, 8.0).tolist() == initial_dominant_points(points, 8).tolist()
+    assert np.array_equal(dom(points, 8.0).poles, dom(points, 8).poles)
+
+
 def test_bad_indices_are_named():
     points = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)]
     for indices, message in (([0, 2, 2, 4], "rise"), ([0, 2, 5], "rise"), ([1, 4], "ends"), ([0.0, 4.0], "whole")):
         with pytest.raises(ValueError, match=message):
             square_error(points, indices)
+    with pytest.raises(ValueError, match="rise"):
+        square_error(points, np.array([0, 3, 1, 4], dtype=np.uint8))  # a fall of 2 would be a rise by 254
     with pytest.raises(ValueError, match="row 1 of the points"):
         dominant_points([(0, 0), (np.nan, 0), (1, 1)], 2)
 
@@ -293,5 +305,6 @@ def test_dom_gathers_poles_where_the_curve_bends():
     assert spans[len(spans) // 2] < 0.2 * spans.max()
     errors = [np.linalg.norm(dom(hairpin, m)(parametrize(hairpin, "chord")) - hairpin) for m in (8, 16, 32, 64)]
     assert np.all(np.diff(errors) < 0)
-    with pytest.raises(ValueError, match="from 4 to 400"):
-        dom(hairpin, 3)
+    for poles in (3, 4.5, np.nan):
+        with pytest.raises(ValueError, match="from 4 to 400"):
+            dom(hairpin, poles)

@@ -38,8 +38,9 @@ def dom(points: ArrayLike, poles: int, parametrization: Parametrization = "chord
     """
     given = as_points(points, 4)
     n = len(given)
-    if not 4 <= poles <= n:
-        raise ValueError(f"the number of poles must be from 4 to {n}, the number of points, not {poles}")
+    if poles not in range(4, n + 1):
+        raise ValueError(f"the number of poles must be a whole number from 4 to {n}, that of points, not {poles}")
+    poles = int(poles)
     u = parametrize(given, parametrization)
     angles = turn_angles(given)
     curvature = angles / np.maximum(np.gradient(u), np.finfo(np.float64).tiny)

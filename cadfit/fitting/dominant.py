@@ -147,7 +147,7 @@ def initial_dominant_points(points: ArrayLike, count: int, closed: bool = False)
     """
     given = as_contour(points, closed)
     n = len(given)
-    _check_count(n, count, closed)
+    count = _checked_count(n, count, closed)
     order = np.argsort(-turn_angles(given, closed), kind="stable")
     if not closed:
         order = order[(order > 0) & (order < n - 1)]
@@ -243,14 +243,14 @@ def _count(n: int, count: int | None, fraction: float | None, square_error: floa
             raise ValueError(f"the fraction must be above 0 and at most 1, not {fraction}")
         return max(int(np.floor(fraction * n + 0.5)), 3 if closed else 2)
     assert count is not None
-    _check_count(n, count, closed)
-    return int(count)
+    return _checked_count(n, count, closed)
 
 
-def _check_count(n: int, count: int, closed: bool) -> None:
+def _checked_count(n: int, count: int, closed: bool) -> int:
     least = 3 if closed else 2
-    if isinstance(count, bool) or count != int(count) or not least <= count <= n:
+    if isinstance(count, bool) or count not in range(least, n + 1):
         raise ValueError(f"the count must be a whole number from {least} to {n}, the number of points, not {count}")
+    return int(count)
 
 
 def _rows(points: Array, indices: ArrayLike, closed: bool) -> Ints:
@@ -259,7 +259,7 @@ def _rows(points: Array, indices: ArrayLike, closed: bool) -> Ints:
     rows = np.asarray(indices)
     if rows.ndim != 1 or not np.issubdtype(rows.dtype, np.integer):
         raise ValueError("indices must be whole numbers: rows of the points")
-    if len(rows) < (3 if closed else 2) or np.any(np.diff(rows) <= 0) or rows[0] < 0 or rows[-1] >= n:
+    if len(rows) < (3 if closed else 2) or np.any(rows[1:] <= rows[:-1]) or rows[0] < 0 or rows[-1] >= n:
         raise ValueError(f"indices must rise, at least {3 if closed else 2} of them from 0 to {n - 1}")
     if not closed and (rows[0] != 0 or rows[-1] != n - 1):
         raise ValueError(f"an open curve's ends are dominant: indices must start with 0 and end with {n - 1}")

@@ -29,8 +29,9 @@ def optimal_dominant_points(points: ArrayLike, count: int) -> Ints:
     """
     given = as_points(points)
     n = len(given)
-    if not 2 <= count <= n:
-        raise ValueError(f"the count must be from 2 to {n}, the number of points, not {count}")
+    if count not in range(2, n + 1):
+        raise ValueError(f"the count must be a whole number from 2 to {n}, the number of points, not {count}")
+    count = int(count)
     first = np.append(np.arange(count - 1), n - 1)
     return rearranged(np.ascontiguousarray(given.T), padded(first, False, 2), n)
 
