@@ -410,3 +410,13 @@ def test_an_offset_costs_no_more_than_its_own_rounding(parametrization, closed):
     near, far = (local_spline(points + offset, closed, parametrization) for offset in (0, 6.4e6))
     np.testing.assert_allclose(far.poles - 6.4e6, near.poles, rtol=0, atol=4 * EPS * 6.4e6)
     np.testing.assert_allclose(far.knots, near.knots, rtol=0, atol=64 * EPS * near.knots[-1])
+
+
+@pytest.mark.parametrize("scale", [2.0**-490, 2.0**-300, 2.0**300, 2.0**490])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("parametrization", ["chord", "uniform"])
+def test_any_scale_gives_the_same_poles(scale, closed, parametrization):
+    points = np.random.default_rng(3).normal(size=(30, 3)).cumsum(axis=0)
+    here, there = (local_spline(factor * points, closed, parametrization) for factor in (1.0, scale))
+    assert np.array_equal(there.poles, scale * here.poles)
+    assert np.array_equal(there.knots, scale * here.knots)

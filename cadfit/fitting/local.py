@@ -157,15 +157,19 @@ def _draw_back(corrections: Array, slopes: Array, steps: Array, trust: float) ->
 
 
 def _triples(points: Array, steps: Array, before: Array, after: Array, trust: float) -> Iterator[tuple[slice, Array]]:
-    """Yield rows and their points' triples of poles, a block at a time: 1e6 points pass through the cache."""
+    """Yield rows and their points' triples of poles, a block at a time: 1e6 points pass through the cache.
+
+    The poles do not depend on the parameters' unit: in one near the steps their fourth powers stay in float64's range.
+    """
     n = len(points)
+    unit = np.ldexp(1.0, np.frexp(steps.mean())[1])  # a power of two: nothing is rounded
     for start in range(0, n, _BLOCK):
         stop = min(start + _BLOCK, n)
         low, high = max(start - 4, 0), min(stop + 4, n)  # enough for the ends' five points
         columns = np.ascontiguousarray(points[low:high].T)
         inner, rows = slice(start - low, stop - low), slice(start, stop)
-        first, second = neighbour_derivatives(columns, steps[low : high - 1], trust)[..., inner]
-        yield rows, point_triples(columns[:, inner], first, second, before[rows], after[rows])
+        first, second = neighbour_derivatives(columns, steps[low : high - 1] / unit, trust)[..., inner]
+        yield rows, point_triples(columns[:, inner], first, second, before[rows] / unit, after[rows] / unit)
 
 
 def _open_spline(points: Array, u: Array, trust: float) -> BSpline:
