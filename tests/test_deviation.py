@@ -10,6 +10,7 @@ from cadfit.bezier import distance_to_segment
 from cadfit.fitting.chords import chord_bounds
 from cadfit.fitting.deviation import largest_between
 from cadfit.fitting.matching import best_order, distances, match
+from cadfit.fitting.starting import _started_at
 
 
 def least_largest_distance(spline, points, per_span=400):
@@ -196,6 +197,15 @@ def test_a_closed_curve_starts_on_the_branch_the_first_point_is_on(contour, nois
     own = np.linalg.norm(spline(cadfit.parametrize(contour, closed=True)[:-1]) - points, axis=1).max()
     assert max(each.points for each in found) <= own * 1.001 + 1e-13
     assert max(each.between for each in found) <= 1.001 * min(each.between for each in found)
+
+
+@pytest.mark.parametrize("ulps", [-3, -1, 0, 1, 3])
+def test_a_closed_curve_may_start_a_rounding_beside_a_knot(ulps):
+    spline = cadfit.local_spline(crossing(), closed=True)
+    knot = spline.distinct_knots[1]  # early: its roundings are lost a period later
+    started = _started_at(spline, knot + ulps * np.spacing(knot), spline(knot))
+    np.testing.assert_allclose(started(started.domain[0]), spline(knot), rtol=0, atol=1e-14)
+    assert started.closed
 
 
 def test_several_curves_joined_at_corners():

@@ -70,5 +70,7 @@ def _started_at(spline: BSpline, start: float, point: Array) -> BSpline:
     here, there = np.linalg.norm(spline([low, start]) - point, axis=1)
     if edge <= _ROUNDING or (edge <= _SAME and here <= there + 1e-14 * spline.size):
         return spline
-    left, right = spline.split(start)
+    knot = float(spline.knots[np.argmin(np.abs(spline.knots - start))])
+    lost = 16.0 * np.spacing(abs(low) + abs(high) + high - low)  # a span so short could not be moved by the period
+    left, right = spline.split(knot if abs(knot - start) <= lost else start)
     return join([right, left])
