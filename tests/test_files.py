@@ -57,6 +57,13 @@ def test_points_read_back_bit_for_bit(folder, suffix, points):
     assert back.tobytes() == points.tobytes()  # the sign of a zero too
 
 
+@pytest.mark.parametrize("suffix", POINT_SUFFIXES)
+def test_suffixes_in_capitals_write_the_same(tmp_path, suffix):
+    points = np.array([[0.0, 1.0], [2.0, 3.0]])
+    assert np.array_equal(write_read(tmp_path / f"A{suffix.upper()}", points), points)
+    assert [path.name for path in tmp_path.iterdir()] == [f"A{suffix.upper()}"]
+
+
 @given(curves=st.lists(splines(dimension=3), min_size=1, max_size=3), closed=st.booleans(), away=st.none() | finite)
 @settings(max_examples=60, deadline=None)
 def test_curves_read_back_bit_for_bit_from_json(folder, curves, closed, away):
@@ -324,6 +331,22 @@ def test_the_points_of_an_npz(tmp_path):
         archive.writestr("readme.txt", "no arrays")
     with pytest.raises(ValueError, match="which array"):
         read(tmp_path / "d.npz")
+
+
+def test_broken_archives_are_named(tmp_path):
+    rng = np.random.default_rng(1)
+    np.savez_compressed(tmp_path / "a.npz", points=rng.normal(size=(200, 2)))
+    np.save(tmp_path / "a.npy", rng.normal(size=(200, 2)))
+    for suffix, places in ((".npz", range(60, 800, 20)), (".npy", range(128))):
+        whole = (tmp_path / f"a{suffix}").read_bytes()
+        for k in places:
+            (tmp_path / f"b{suffix}").write_bytes(whole[:k] + bytes(rng.integers(0, 256, 9, np.uint8)) + whole[k + 9 :])
+            said = ""
+            try:
+                read(tmp_path / f"b{suffix}")
+            except ValueError as error:
+                said = str(error)
+            assert said == "" or f"b{suffix}: " in said
 
 
 @pytest.mark.parametrize(

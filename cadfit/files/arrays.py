@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +16,12 @@ def read(path: Path, unit: str) -> Array:
 
     Raises ValueError for anything but a 2D array of whole or real numbers.
     """
-    try:
-        with path.open("rb") as file:  # numpy leaves a broken archive open
+    with path.open("rb") as file:  # numpy leaves a broken archive open
+        try:
             loaded = np.load(file, allow_pickle=False)
             array = loaded if isinstance(loaded, np.ndarray) else _chosen(loaded)
-    except (ValueError, EOFError, KeyError, MemoryError, SyntaxError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path}: not a readable {path.suffix.lower()} file: {error}") from error
+        except Exception as error:  # broken heads and archives fail in many ways: as text, as a zip, when inflated
+            raise ValueError(f"{path}: not a readable {path.suffix.lower()} file: {error}") from error
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{path}: points are whole or real numbers, not {array.dtype}")
     return as_table(array, str(path))
@@ -30,10 +29,11 @@ def read(path: Path, unit: str) -> Array:
 
 def write(path: Path, points: Array, unit: str) -> None:
     """Write the points (n, d) as float64; in a .npz file they are called "points"."""
-    if path.suffix.lower() == ".npz":
-        np.savez(path, points=points)
-    else:
-        np.save(path, points, allow_pickle=False)
+    with path.open("wb") as file:  # to a name that ends with .NPY numpy would add .npy
+        if path.suffix.lower() == ".npz":
+            np.savez(file, points=points)
+        else:
+            np.save(file, points, allow_pickle=False)
 
 
 def _chosen(archive: Any) -> np.ndarray[Any, Any]:
