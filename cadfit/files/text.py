@@ -1,10 +1,11 @@
 """Points as text: .csv, .txt, .xyz, .dat, as spreadsheets, loggers, scanners and airfoil collections write them.
 
 A row has 2 to 8 numbers apart by semicolons, commas, or blanks and tabs; the first row decides. Where the comma does
-not part the numbers it is the decimal point ("1,5;2,5"). Exponents may be Fortran's ("1.0D-03"). Blank lines, comments
-(# anywhere, % or // at the start of a line) and lines of text above the first row are passed over; a separator at the
-end of a line is too. A first line with one whole number is the count of the rows, with or without a comment line below
-it (.xyz); element symbols in front of the rows of an .xyz file are taken off. For airfoils see `cadfit.files.airfoil`.
+not part the numbers, or is within quotes, it is the decimal point ("1,5;2,5"). Exponents may be Fortran's ("1.0D-03").
+Blank lines, those of separators alone as spreadsheets leave them, comments (# anywhere, % or // at the start of a line)
+and lines of text above the first row are passed over; a separator at the end of a line is too. A first line with one
+whole number is the count of the rows, with or without a comment line below it (.xyz); element symbols in front of the
+rows of an .xyz file are taken off. For airfoils see `cadfit.files.airfoil`.
 
 Nothing else is passed over: a row that is not like the first is an error, with its line.
 """
@@ -29,6 +30,8 @@ Lines = list[tuple[int, str]]  # the line's number in the file, from 1, and what
 
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
 _MISSING = {"na", "n/a", "null", "none"}  # words for no number, never the names of columns
+_FIGURES = re.compile(r"(?=\D*\d)[\W\d_]+")  # digits and signs, no letters
+_QUOTED = re.compile(r'"([^"]*)"')
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 
 
@@ -43,7 +46,7 @@ def read(path: Path, unit: str, progress: Progress = unheard) -> Array:
     lines = [
         (k, line)
         for k, whole in enumerate(raw, 1)
-        if (line := whole.split("#", 1)[0].strip()) and not line.startswith(("%", "//"))
+        if (line := _unquoted(whole.split("#", 1)[0]).strip()).strip(",; \t") and not line.startswith(("%", "//"))
     ]
     try:
         rows = _below_head(lines, suffix)
@@ -116,13 +119,20 @@ def _text(path: Path) -> str:
         return data.decode("latin-1")  # names and comments only: numbers are ASCII
 
 
+def _unquoted(line: str) -> str:
+    """Take the quotes off the cells of a line; a comma within does not part them."""
+    return _QUOTED.sub(lambda cell: cell[1].replace(",", "."), line) if '"' in line else line
+
+
 def _below_head(lines: Lines, suffix: str) -> Lines:
     """Return the rows of numbers: the lines below a count and lines of text."""
     if len(lines) > 1 and lines[0][1].isdecimal() and not lines[-1][1].isdecimal():
         (line, count), *lines = lines
         more = len(lines) - int(count)
-        lines = lines[more == 1 :]  # one line more is the comment
-        if more not in (0, 1) or not (_separator(lines[0][1]) != "" or _is_element_row(lines[0][1])):
+        comment, lines = lines[: more == 1], lines[more == 1 :]  # one line more is the comment
+        first = lines[0][1]
+        lost = any(_are_alike(text, first) for _, text in comment)  # it may be a row, and the count wrong
+        if more not in (0, 1) or lost or not (_separator(first) != "" or _is_element_row(first)):
             raise _BadLine(line, "a count that is not the number of rows below,")
     if suffix == ".xyz" and lines and _is_element_row(lines[0][1]):
         return _without_symbols(lines)
@@ -133,6 +143,7 @@ def _below_text(lines: Lines, suffix: str) -> Lines:
     """Return the rows of numbers below names, titles and units; raise where a line of text may well be a row."""
     separators = (_separator(text) for _, text in lines)
     start, separator = next(((i, s) for i, s in enumerate(separators) if s != ""), (len(lines), None))
+    width = len(_cells(lines[start][1], separator)) if start < len(lines) else 0
     for i, (line, text) in enumerate(lines[:start]):
         if text[0] in ",;":
             raise _BadLine(line, "the first column has no name: row numbers, not a coordinate?")
@@ -141,11 +152,15 @@ def _below_text(lines: Lines, suffix: str) -> Lines:
             raise _BadLine(line, "a single number, where points have 2 to 8,")
         # The name of an airfoil may well have a number in it: "NACA 2412".
         is_name = i == 0 and suffix in (".dat", ".txt") and separator is None and not _NUMBER.fullmatch(cells[0])
-        if all(cell.lower() in _MISSING for cell in cells) or (any(map(_NUMBER.fullmatch, cells)) and not is_name):
+        # Thousands parted, or a minus that is no hyphen: no names, where there is one for each column.
+        is_row = len(cells) == width and all(map(_FIGURES.fullmatch, cells))
+        missing = all(cell.lower() in _MISSING for cell in cells)
+        if missing or is_row or (any(map(_NUMBER.fullmatch, cells)) and not is_name):
             bad = next(cell for cell in cells if not _NUMBER.fullmatch(cell))
             raise _BadLine(line, f"{bad!r} is not a number")
     if start == len(lines):
-        raise ValueError("no rows of numbers in it")
+        last = f": line {lines[-1][0]} is {_short(lines[-1][1])}" if lines else ""
+        raise ValueError(f"no rows of numbers in it{last}")
     return lines[start:]
 
 
@@ -200,6 +215,12 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 def _are_numbers(cells: list[str]) -> bool:
     return all(map(_NUMBER.fullmatch, cells))
+
+
+def _are_alike(line: str, other: str) -> bool:
+    """Return whether both are rows of as many numbers, parted alike."""
+    separator = _separator(line)
+    return "" != separator == _separator(other) and len(_cells(line, separator)) == len(_cells(other, separator))
 
 
 def _is_element_row(line: str) -> bool:
