@@ -198,7 +198,25 @@ MISTAKES = {
     "wrong output": (["fit", "helix.csv", "-o", "a.stl"], "a.stl: .stl does not hold curves; these do: .csv"),
     "wrong output first": (["fit", "none.csv", "-o", "a.stl"], "a.stl: .stl does not hold curves"),
     "wrong second output": (["fit", "helix.csv", "-o", "a.json", "-o", "a.foo"], "a.foo: unknown suffix '.foo'"),
-    "no folder": (["fit", "helix.csv", "-o", "none/a.json"], "none/a.json: No such file or directory"),
+    "no folder": (["fit", "helix.csv", "-o", "none/a.json"], "none/a.json: no such folder: none"),
+    "no second folder": (
+        ["fit", "helix.csv", "-o", "a.json", "-o", "none/a.json"],
+        "none/a.json: no such folder: none",
+    ),
+    "no folder for a tube": (
+        ["tube", "helix.csv", "--radius", "1", "-o", "a.stl", "-o", "none/a.stl"],
+        "none/a.stl: no such folder: none",
+    ),
+    "no folder for a page": (
+        ["fit", "helix.csv", "-o", "a.json", "--report", "none/a.html"],
+        "none/a.html: no such folder: none",
+    ),
+    "no folder for G-code": (["toolpath", "none.nc", "-t", "1", "-o", "none/a.nc"], "none/a.nc: no such folder: none"),
+    "a file for a folder": (["fit", "helix.csv", "-o", "one.csv/a.json"], "one.csv/a.json: no such folder: one.csv"),
+    "a folder for a page": (
+        ["fit", "helix.csv", "-o", "a.json", "--report", "folder.html"],
+        "folder.html: a folder, where a file is to be written",
+    ),
     "onto itself": (["fit", "helix.csv", "-o", "./helix.csv"], "helix.csv: the output would replace the input"),
     "no output": (["fit", "helix.csv"], "helix.csv: where to? --output says it, or --report"),
     "no input": (["fit"], "Missing argument 'IN...'"),
@@ -265,6 +283,7 @@ def test_a_mistake_is_one_line_and_status_2(run, here, case):
     write("five.csv", np.random.default_rng(0).normal(size=(10, 5)))
     write("curve.json", cadfit.cardinal_spline(HELIX))
     write("mesh.stl", trimesh.creation.box())
+    os.mkdir("folder.html")
     before = sorted(os.listdir())
     arguments, expected = MISTAKES[case]
     status, out, err = run(*arguments)

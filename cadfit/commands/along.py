@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cadfit.commands.terminal import busy, check, write_all
+from cadfit.commands.terminal import busy, check, check_places, write_all
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -120,6 +120,7 @@ class Swept:
         mesh = [path for path in output if path not in solid]
         check(source, mesh, "mesh")
         check(source, solid, "solid")
+        check_places(output)
         if solid and caps is Caps.none:
             raise ValueError("--caps none leaves the ends open, and encloses no solid: flat or round")
         if solid and answer is Answer.repair:

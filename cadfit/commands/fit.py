@@ -30,7 +30,7 @@ from cadfit.commands.options import (
     Verbose,
     Within,
 )
-from cadfit.commands.terminal import Mistake, about, busy, check, check_page, report, timed, write_all
+from cadfit.commands.terminal import Mistake, about, busy, check, check_page, check_places, report, timed, write_all
 
 
 def fit(
@@ -89,7 +89,9 @@ def fit(
         kind: Kind = "arcs" if arcs else "curves"
         check(only, paths, kind)
         check_page(page, source)
-        if targets is not None:
+        if targets is None:
+            check_places(paths)
+        else:
             check_all(source, targets, None)
         with busy(f"reading {only}", quiet) as progress, about(only):
             held = contents(only, unit.value, progress)

@@ -32,6 +32,15 @@ def check(source: Path, outputs: list[Path], kind: Kind, dimension: int | None =
             raise Mistake(f"{path}: the output would replace the input")
 
 
+def check_places(outputs: list[Path]) -> None:
+    """Refuse outputs that are folders, or whose folders are not there, before any work is done."""
+    for path in outputs:
+        if path.is_dir():
+            raise Mistake(f"{path}: a folder, where a file is to be written")
+        if not path.parent.is_dir():
+            raise Mistake(f"{path}: no such folder: {path.parent}")
+
+
 def check_page(page: Path | None, sources: list[Path]) -> None:
     """Refuse a page that is no .html, would replace an input, or has no folder, before any work is done."""
     if page is None:
@@ -40,8 +49,7 @@ def check_page(page: Path | None, sources: list[Path]) -> None:
         raise Mistake(f"{page}: a report is a .html")
     if any(page.exists() and source.exists() and page.samefile(source) for source in sources):
         raise Mistake(f"{page}: the report would replace the input")
-    if not page.parent.is_dir():
-        raise Mistake(f"{page}: no such folder for the report")
+    check_places([page])
 
 
 def write_all(

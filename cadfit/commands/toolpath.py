@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cadfit.commands.options import Effort, Quiet, Verbose
-from cadfit.commands.terminal import Mistake, about, busy, report, timed
+from cadfit.commands.terminal import Mistake, about, busy, check_places, report, timed
 
 if TYPE_CHECKING:
     from cadfit.toolpaths import Summary
@@ -48,6 +48,7 @@ def toolpath(
 
     if output.exists() and source.exists() and output.samefile(source):
         raise Mistake(f"{output}: the output would replace the input")
+    check_places([output])
     with timed(verbose), busy(f"refitting {source}", quiet) as progress, about(source):
         done = refit(
             source,
