@@ -21,6 +21,7 @@ from cadfit.files import Curves
 from cadfit.files.facts import summary
 from cadfit.fitting.judging import judged
 from cadfit.fitting.result import Fit
+from cadfit.points.clean import check_size
 from cadfit.stages import stage
 
 _OPTIONS = {  # those of each method; the first method that has one of those given is meant where none is named
@@ -91,7 +92,7 @@ def _within(points: Array, how: How, progress: Callable[[float], None] | None) -
         points,
         how.tolerance,
         closed=how.closed,
-        corners=corners_of(how.corners or "auto"),
+        corners=corners_of("auto" if how.corners is None else how.corners),
         between="polyline" if how.between == "polyline" else "curve",
         effort="fast" if how.effort == "fast" else "best",
         progress=progress,
@@ -164,6 +165,7 @@ def _dominant(points: Array, how: How, progress: Callable[[float], None] | None)
 def _through(points: Array, how: How, method: str) -> Made:
     """Put a curve through all points."""
     cleaned = cadfit.clean(points, how.closed)
+    check_size(cleaned.points)
     if how.closed is None and cleaned.closed:
         _warn_of_corner_at_seam(cleaned.points)
     with stage("a curve through the points"):

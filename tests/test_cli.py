@@ -229,6 +229,29 @@ MISTAKES = {
         ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--effort", "fast", "--tension", "1", "--method", "cardinal"],
         "helix.csv: --tolerance and --effort cannot go with --method cardinal",
     ),
+    "no corners": (
+        ["fit", "helix.csv", "-o", "a.json", "-t", "1", "--corners", ""],
+        "helix.csv: --corners must be auto, none, an angle in degrees, or rows with commas (3,17 or 5,), not ''",
+    ),
+    "endless curvature": (
+        ["fit", "helix.csv", "-o", "a.json", "--curvature", "inf"],
+        "helix.csv: the curvature must be a finite number, not inf",
+    ),
+    "huge tension": (
+        ["fit", "helix.csv", "-o", "a.json", "--tension", "1e300"],
+        "helix.csv: coordinates must be below 1e+60, and one is",
+    ),
+    "huge curvature": (
+        ["fit", "helix.csv", "-o", "a.json", "--curvature", "1e300", "--fraction", "0.5"],
+        "helix.csv: coordinates must be below 1e+60, and one is",
+    ),
+    **{
+        f"huge points, {'local' if not options else options[0]}": (
+            ["fit", "huge.csv", "-o", "a.json", *options],
+            "huge.csv: coordinates must be below 1e+60, and one is 1e+308: scale them",
+        )
+        for options in ([], ["-t", "1"], ["--fraction", "0.5"], ["--curvature", "1"], ["--method", "interpolate"])
+    },
     "no tolerance": (
         ["fit", "helix.csv", "-o", "a.json", "--corners", "none"],
         "helix.csv: how far may the curve be from the points? --tolerance says it",
@@ -277,6 +300,7 @@ MISTAKES = {
 def test_a_mistake_is_one_line_and_status_2(run, here, case):
     spoil("bad.csv", b"1,2\n3,two\n")
     spoil("empty.csv", b"")
+    spoil("huge.csv", b"1e308,1e308\n-1e308,-1e308\n1e308,-1e308\n3,4\n")
     spoil("garbage.csv", bytes(range(256)))
     write("one.csv", [[1, 2], [1, 2]])
     write("two.csv", [[1, 2], [3, 4]])

@@ -305,7 +305,7 @@ def test_a_contour_smaller_than_rounding_is_refused_by_name():
 
 @pytest.mark.parametrize("size", [1e-170, 1e-80, 1e80, 1e300])
 def test_sizes_whose_squares_float64_does_not_hold_are_refused(size):
-    with pytest.raises(ValueError, match=r"the points' size must be above 1e-60.*: scale them"):
+    with pytest.raises(ValueError, match=r"(size must be above 1e-60|must be below 1e\+60).*: scale them"):
         cadfit.fit(size * turn(20), 1e-3 * size, closed=True)
 
 
@@ -430,7 +430,7 @@ def test_reversed_moved_turned_and_scaled_points_have_the_same_fit(seed, closed,
         ({"tolerance": -1.0}, "the tolerance must be at least"),
         ({"tolerance": 1e-18}, "the tolerance must be at least .* for points of this size, not 1e-18"),
         ({"tolerance": np.nan}, "the tolerance must be at least"),
-        ({"tolerance": np.inf}, "the tolerance must be at least"),
+        ({"tolerance": np.inf}, "the tolerance must be below 1e\\+60, not inf"),
         ({"between": "chord"}, "between must be one of"),
         ({"effort": "most"}, "effort must be one of"),
         ({"corners": "all"}, 'corners must be "auto", None, an angle'),

@@ -12,7 +12,7 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.apart import corners_apart, fit_apart, nearness
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit, written
-from cadfit.points.clean import clean
+from cadfit.points.clean import LARGEST, check_size, clean
 from cadfit.points.corners import find_corners
 from cadfit.stages import Progress, portion, rising, stage
 
@@ -21,7 +21,6 @@ Effort = Literal["fast", "best"]
 Corners = Literal["auto"] | float | ArrayLike | None
 
 _POLYLINE_CORNER = float(np.radians(35.0))  # a vertex of the shape need not stand out from its neighbours
-_LARGEST = 1e60  # of coordinates: fifth powers of lengths are computed
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -67,10 +66,12 @@ def fit(
     with stage("cleaning the points"):
         cleaned = clean(points, closed)
     given = cleaned.points
-    _check_size(given)
+    check_size(given)
     least = smallest_tolerance(given)
-    if not tolerance >= least or not np.isfinite(tolerance):
+    if not tolerance >= least:
         raise ValueError(f"the tolerance must be at least {least:.3g} for points of this size, not {tolerance}")
+    if not tolerance < LARGEST:
+        raise ValueError(f"the tolerance must be below {LARGEST:g}, not {tolerance}")
     weight = _weights(weights, len(np.asarray(points)))[cleaned.kept]
     tangents = _tangents(end_tangents, given, cleaned.closed)
     with stage("finding corners"):
@@ -111,16 +112,6 @@ def check_choices(between: str, effort: str) -> None:
         raise ValueError(f"between must be one of {get_args(Between)}, not {between!r}")
     if effort not in get_args(Effort):
         raise ValueError(f"effort must be one of {get_args(Effort)}, not {effort!r}")
-
-
-def _check_size(points: Array) -> None:
-    """Raise ValueError for points whose distances float64 cannot square, nor the squares multiply."""
-    largest, size = float(np.abs(points).max()), float(np.max(points.max(axis=0) - points.min(axis=0)))
-    if not (size > 1.0 / _LARGEST and largest < _LARGEST):
-        raise ValueError(
-            f"the points' size must be above {1.0 / _LARGEST:g}, and their coordinates below {_LARGEST:g}; they are "
-            f"{size:.3g} and {largest:.3g}: scale them"
-        )
 
 
 def smallest_tolerance(points: Array) -> float:

@@ -84,6 +84,8 @@ def cardinal_spline(points: ArrayLike, tension: float = 0.5, curvature: float = 
            [3., 3.],
            [4., 3.]])
     """
+    if not np.isfinite(curvature):
+        raise ValueError(f"the curvature must be a finite number, not {curvature}")
     control = _control_points(points, tension, closed)
     if curvature:
         _restore_curvature(control, curvature / 9.0, closed)

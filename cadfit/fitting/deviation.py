@@ -15,7 +15,7 @@ from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bou
 from cadfit.fitting.matching import blocks, distances, match
 from cadfit.fitting.starting import match_around, to_the_ends
 from cadfit.joining import join
-from cadfit.points.clean import as_contour
+from cadfit.points.clean import as_contour, check_largest
 from cadfit.stages import Progress, portion, rising, stage, unheard
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
@@ -53,7 +53,7 @@ def deviation(
     done, from 0 to 1; raising from it stops the work.
 
     Raises ValueError for bad points (naming the row), another dimension than the curve's, curves that are not joined,
-    and `closed` for a curve that does not return to its start.
+    `closed` for a curve that does not return to its start, and coordinates too large to square.
     Source: ours (`chords.chord_bounds`).
 
     >>> arc = BSpline([[0, 0], [1, 1], [2, 1], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1])
@@ -68,6 +68,8 @@ def deviation(
     d = spline.poles.shape[1]
     if given.shape[1] != d:
         raise ValueError(f"the points have {given.shape[1]} coordinates, the curve {d}")
+    for each in (given, spline.poles):
+        check_largest(each)
     spline, given = _centred(spline, given)
     heard = rising(progress)
     matching, bounding = portion(heard, 0.0, _MATCHED), portion(heard, _MATCHED, 1.0)

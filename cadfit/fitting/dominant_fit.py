@@ -12,7 +12,7 @@ from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.dominant import Method, dominant_points
 from cadfit.fitting.matching import match
 from cadfit.fitting.result import Fit, written
-from cadfit.points.clean import clean
+from cadfit.points.clean import check_largest, check_size, clean
 from cadfit.stages import Progress, stage
 
 
@@ -39,7 +39,8 @@ def fit_dominant(
     moved one only nearby. It has about 3 poles a dominant point. Where a distance is to be kept to, or poles are to be
     few, use `cadfit.fit`: it promises a tolerance, and takes a fraction of the poles.
 
-    Raises ValueError as `dominant_points`. Source: the paper, sections 2.3 and 2.7.
+    Raises ValueError as `dominant_points`, and for points too small or too large to square.
+    Source: the paper, sections 2.3 and 2.7.
 
     >>> t = np.linspace(0, 2 * np.pi, 100, endpoint=False)
     >>> found = fit_dominant(np.column_stack([np.cos(t), np.sin(t)]), fraction=0.2, closed=True)
@@ -48,6 +49,7 @@ def fit_dominant(
     """
     cleaned = clean(points, closed)
     given = cleaned.points
+    check_size(given)
     with stage("choosing dominant points"):
         rows = dominant_points(given, count, fraction, square_error, cleaned.closed, method, progress).indices
     chosen = given[rows]
@@ -55,6 +57,7 @@ def fit_dominant(
     if cleaned.closed:  # not where two dominant points are equal: the seam would take them for one
         start = int(np.argmax(np.any(chosen != np.roll(chosen, 1, axis=0), axis=1)))
     spline = cardinal_spline(np.roll(chosen, -start, axis=0), curvature=curvature, closed=cleaned.closed)
+    check_largest(spline.poles)  # by a huge curvature
     u = _places(spline, given, int(rows[start]), cleaned.closed)
     found = deviation_at([spline], given, u, cleaned.closed)
     none = np.zeros(0, dtype=np.intp)

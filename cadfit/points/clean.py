@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
 
+LARGEST = 1e60
+"""Coordinates are below this: fifth powers of lengths are computed."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CleanPoints:
@@ -103,6 +106,26 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
         kind = "a closed curve" if closed else "a curve"
         raise ValueError(f"{kind} needs at least {least} distinct points; the {len(array)} given have {distinct}")
     return CleanPoints(array[kept], kept, np.flatnonzero(~fresh), closed)
+
+
+def check_size(points: Array) -> None:
+    """Raise ValueError for points whose distances float64 cannot square, nor the squares multiply.
+
+    >>> check_size(np.array([[0.0, 0.0], [1e100, 0.0]]))
+    Traceback (most recent call last):
+    ValueError: coordinates must be below 1e+60, and one is 1e+100: scale them
+    """
+    check_largest(points)
+    size = float(np.max(points.max(axis=0) - points.min(axis=0)))
+    if not size > 1.0 / LARGEST:
+        raise ValueError(f"the points' size must be above {1.0 / LARGEST:g}, and it is {size:.3g}: scale them")
+
+
+def check_largest(points: Array) -> None:
+    """Raise ValueError for points too large for that."""
+    largest = float(np.abs(points).max())
+    if not largest < LARGEST:
+        raise ValueError(f"coordinates must be below {LARGEST:g}, and one is {largest:.3g}: scale them")
 
 
 def _up_to_three(points: Array) -> int:
