@@ -285,6 +285,28 @@ MISTAKES = {
         ["tube", "helix.csv", "--radius", "1", "--tolerance", "-1", "-o", "a.stl"],
         "helix.csv: the tolerance must be",
     ),
+    **{
+        f"tube, {' '.join(options)}": (
+            ["tube", "helix.csv", "--radius", "1", *options, "-o", "a.stl"],
+            f"helix.csv: the {options[-2].strip('-')} {said}",
+        )
+        for options, said in (
+            (["--tolerance", "1e308"], "must be between 1e-60 and 1e+60, not 1e+308"),
+            (["--tolerance", "1e-320"], "must be between 1e-60 and 1e+60, not 9.99989e-321"),
+            (["--tolerance", "1e-30"], "1e-30 is below what numbers of this size hold"),
+            (["--thickness", "0.1", "--tolerance", "1e-30"], "1e-30 is below what numbers of this size hold"),
+            (["--caps", "round", "--tolerance", "1e-30"], "1e-30 is below what numbers of this size hold"),
+            (["--radius", "1e308"], "must be between 1e-60 and 1e+60, not 1e+308"),
+        )
+    },
+    "sweep, a tiny tolerance": (
+        ["sweep", "helix.csv", "--profile", "round.json", "--tolerance", "1e-30", "-o", "a.stl"],
+        "helix.csv: the tolerance 1e-30 is below what numbers of this size hold",
+    ),
+    "sweep, a tiny scale": (
+        ["sweep", "helix.csv", "--profile", "round.json", "--scale", "1e-320", "-o", "a.stl"],
+        "helix.csv: the profile must not vanish: its scale or radius comes down to 9.99989e-321",
+    ),
     "tube in 5D": (["tube", "five.csv", "--radius", "1", "-o", "a.stl"], "five.csv: "),
     "fit of a curve": (["fit", "curve.json", "-o", "a.csv"], "curve.json: points are needed, and it holds curves"),
     "fit of a mesh": (["fit", "mesh.stl", "-o", "a.csv"], "mesh.stl: points are needed, and it holds a mesh"),
@@ -306,6 +328,7 @@ def test_a_mistake_is_one_line_and_status_2(run, here, case):
     write("two.csv", [[1, 2], [3, 4]])
     write("five.csv", np.random.default_rng(0).normal(size=(10, 5)))
     write("curve.json", cadfit.cardinal_spline(HELIX))
+    write("round.json", cadfit.local_spline(HELIX[:31:2, :2], closed=True))
     write("mesh.stl", trimesh.creation.box())
     os.mkdir("folder.html")
     before = sorted(os.listdir())

@@ -268,3 +268,10 @@ def test_the_reference_sees_a_wrong_frame():
     f = frames(path, np.linspace(*path.domain, 400))
     spun = np.cos(0.01) * f.normals[-1] + np.sin(0.01) * f.binormals[-1]
     assert abs(angle_about(f.tangents[-1], spun, projected(path, f.normals[0], 40_000))) > 5e-3
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e300])
+def test_up_may_be_of_any_length(size):
+    path = cardinal_spline([[0, 0, 0], [0, 1, 0], [0, 2, 1], [1, 3, 1]])
+    expected = frames(path, [0.5, 1.5], up=[1, 0, 1]).normals
+    assert np.allclose(frames(path, [0.5, 1.5], up=[size, 0, size]).normals, expected, rtol=0, atol=1e-15)

@@ -244,6 +244,7 @@ def upright(along: Frames, up: ArrayLike, parameters: Array) -> Frames:
         raise ValueError(
             f"`up` must be a vector of three finite numbers, not all zero, and not {np.asarray(up).tolist()}"
         )
+    axis = axis / np.abs(axis).max()  # so that its square is a number
     axis = axis / np.linalg.norm(axis)
     normals = np.cross(axis, along.tangents)
     sizes = np.linalg.norm(normals, axis=1)

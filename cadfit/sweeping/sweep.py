@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.joining import join
+from cadfit.points.clean import LARGEST
 from cadfit.stages import Progress, portion, unheard
 from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
 from cadfit.sweeping.chain import breaks, chain
@@ -102,13 +103,13 @@ def sweep(
     if is_number(twist):
         twist = np.array([[along.domain[0], 0.0], [along.domain[1], twist]], dtype=np.float64)
     turns = law_of(twist, along.domain, "twist", 0.1 * relative, at, along.closed)
+    wanted = Wanted(tolerance, caps, on_self_intersection, texture, progress=portion(progress, 0.0, 1.0))
+    wanted.check(along, shape.reach * largest(sizes))  # before a profile is cut into no end of sides
     loops = polygons(shape, _SHARE * tolerance / largest(sizes))
     if shape.holes:
         flat_cap(loops)  # refuses holes that are not inside, on closed paths too
     section = Section(loops, [sizes] * len(loops), turns)
-    return swept(
-        along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, progress=portion(progress, 0.0, 1.0))
-    )
+    return swept(along, section, up, wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,7 +298,7 @@ def _check_section(path: BSpline, section: Section) -> None:
 
 
 def _refuse_vanishing(law: BSpline) -> None:
-    if (low := smallest(law)) <= 0.0:
+    if not (low := smallest(law)) > 1.0 / LARGEST:
         raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g}")
 
 
@@ -311,11 +312,13 @@ def path_of(path: Any) -> BSpline:
 
 
 def positive(value: Any, name: str) -> float:
-    """Return a number as a float; raises TypeError for what is none, ValueError unless it is finite and above zero."""
+    """Return a number as a float; raises TypeError for what is none, ValueError unless it can be squared."""
     try:
         number = float(value)
     except (TypeError, ValueError):
         raise TypeError(f"the {name} must be a number, not {value!r}") from None
     if not (math.isfinite(number) and number > 0.0):
         raise ValueError(f"the {name} must be finite and above zero, not {number:g}")
+    if not 1.0 / LARGEST < number < LARGEST:  # squares and their products
+        raise ValueError(f"the {name} must be between {1.0 / LARGEST:g} and {LARGEST:g}, not {number:g}")
     return number

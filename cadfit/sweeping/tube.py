@@ -65,14 +65,17 @@ def tube(
     if is_number(radius):
         radius = positive(radius, "radius")
         tolerance = positive(radius / 100.0 if tolerance is None else tolerance, "tolerance")
+        wanted = Wanted(tolerance, caps, on_self_intersection, texture, "radius", told)
+        wanted.check(along, radius)  # before a circle is cut into no end of sides
         sides = _sides(sides, radius, 0.5 * tolerance)
         if thickness is None and up is None and caps == "flat" and not texture:
-            wanted = Wanted(tolerance, caps, on_self_intersection, texture, "radius", told)
             mesh = _plain(along, radius, sides, wanted)
             if mesh is not None:
                 return mesh
     size = positive(largest(law_of(radius, along.domain, "radius", np.inf, at, along.closed)), "radius")
     tolerance = positive(size / 100.0 if tolerance is None else tolerance, "tolerance")
+    wanted = Wanted(tolerance, caps, on_self_intersection, texture, "radius", told)
+    wanted.check(along, size)
     outer = law_of(radius, along.domain, "radius", 0.1 * tolerance, at, along.closed)
     polygon = disc(_sides(sides, size, 0.35 * tolerance))
     loops, scales = [polygon], [outer]
@@ -84,7 +87,7 @@ def tube(
         scales.append(BSpline(outer.poles - thickness, outer.knots))
     twist = law_of(0.0, along.domain, "twist", 1.0)
     section = Section(loops, scales, twist, float(polygon[0, 0]))
-    return swept(along, section, up, Wanted(tolerance, caps, on_self_intersection, texture, "radius", told))
+    return swept(along, section, up, wanted)
 
 
 def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh | None:
@@ -92,7 +95,6 @@ def _plain(path: BSpline, radius: float, sides: int, wanted: Wanted) -> Trimesh 
 
     The quick way for what most tubes are.
     """
-    wanted.check(path, radius)
     whole = chain(path)
     if len(breaks(path, whole)[0]):
         return None
