@@ -122,11 +122,13 @@ def write_iges(path: PathLike, shapes: Writable) -> None:
 def read_iges(path: PathLike) -> TopoDS_Shape:
     """Return the shapes of an IGES file in one, in millimetres whatever the file's unit is; `edges` finds its curves.
 
-    Raises OSError when the file cannot be read, ValueError when it is not IGES or holds no shape.
+    Raises OSError when the file cannot be read, ValueError when it is not IGES, is cut short or holds no shape.
     """
-    start = Path(path).read_bytes()[:80]
-    if len(start) < 80 or start[72:73] not in (b"S", b"F"):  # the kernel would print that it is no IGES file
+    data = Path(path).read_bytes()
+    if len(data) < 80 or data[72:73] not in (b"S", b"F"):  # the kernel would print that it is no IGES file
         raise ValueError(f"{path}: not an IGES file")
+    if not any(line[72:73] == b"T" for line in data.splitlines()):  # the kernel would take what is missing for zeros
+        raise ValueError(f"{path}: an IGES file that is cut short: it has no terminate section")
     with _step(f"the shapes of {path}", "mm"):
         IGESControl_Controller.Init_s()
         reader = IGESControl_Reader()

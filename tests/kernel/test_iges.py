@@ -74,6 +74,15 @@ def test_broken_iges(tmp_path, capfd, content):
     assert err.count("\n") == 1
 
 
+def test_iges_that_is_cut_short(tmp_path):
+    write(tmp_path / "a.igs", HELIX)
+    lines = (tmp_path / "a.igs").read_text().splitlines(keepends=True)
+    for kept in (len(lines) - 1, len(lines) - 6):
+        (tmp_path / "b.igs").write_text("".join(lines[:kept]))
+        with pytest.raises(ValueError, match=r"b\.igs: an IGES file that is cut short"):
+            read(tmp_path / "b.igs")
+
+
 def test_step_is_a_curve_set_with_names(tmp_path):
     write(tmp_path / "a.step", Curves((HELIX, FLAT, HELIX), False, names=("rail", "l'été", "rail")))
     text = (tmp_path / "a.step").read_text(encoding="utf-8")
