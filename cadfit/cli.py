@@ -6,6 +6,7 @@ What computes is imported inside the commands, so that `cadfit --help` answers a
 from __future__ import annotations
 
 import io
+import signal
 import sys
 import warnings
 from typing import Annotated
@@ -31,6 +32,8 @@ app = typer.Typer(
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line (default: `sys.argv`) and return the exit status: 0, 2 for a mistake, 130 for Ctrl-C."""
+    if arguments is None:  # else the process, and what its signals mean, are another's
+        signal.signal(signal.SIGTERM, _ended)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files the terminal has no letters for
     try:
@@ -51,6 +54,11 @@ def main(arguments: list[str] | None = None) -> int:
         line = f"{error.format_message()} (see cadfit --help)"
     say(line)
     return 2
+
+
+def _ended(*_: object) -> None:
+    """End as the shell says of SIGTERM, but take away the file that is being written first."""
+    raise SystemExit(128 + signal.SIGTERM)
 
 
 def _warn(message: Warning | str, *_: object, **__: object) -> None:

@@ -88,6 +88,16 @@ def test_interrupted_when_the_new_file_is_just_made(here, monkeypatch):
     assert held(here) == before
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_ended_by_sigterm_when_all_but_the_name_is_written(here):
+    before = held(here)
+    code = "import os, sys, cadfit.cli; os.fsync = lambda _: os.kill(os.getpid(), 15); sys.exit(cadfit.cli.main())"
+    done = subprocess.run([sys.executable, "-c", code, *arguments("fit")], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr, done.returncode) == ("", "", 143)
+    assert held(here) == before
+
+
 def heeding_ctrl_c():
     """Undo in a child what tests started in the background inherit: they ignore Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
