@@ -394,6 +394,14 @@ def test_meshes_come_back_watertight(tmp_path, mesh, suffix):
     assert list(tmp_path.iterdir()) == [tmp_path / f"m{suffix}"]  # nothing beside it: materials, textures
 
 
+def test_a_mesh_that_is_cut_short_is_said_to_be(tmp_path, mesh):
+    write(tmp_path / "m.stl", mesh)
+    (tmp_path / "m.stl").write_bytes((tmp_path / "m.stl").read_bytes()[:-20])
+    with pytest.raises(ValueError, match=r"m\.stl: not a readable \.stl file") as caught:
+        read(tmp_path / "m.stl")
+    assert "charset" not in str(caught.value)
+
+
 def test_a_mesh_that_32_bits_cannot_hold_is_refused(tmp_path, mesh):
     far = mesh.copy()
     far.apply_translation([6.4e6 * 16, 0, 0])

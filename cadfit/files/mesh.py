@@ -21,6 +21,10 @@ def read(path: Path, unit: str) -> Any:
 
     try:
         mesh = trimesh.load_mesh(path)
+    except ModuleNotFoundError as error:
+        if error.name != "charset_normalizer":  # which trimesh asks about bytes that are no mesh of its
+            raise
+        raise ValueError(f"{path}: not a readable {path.suffix.lower()} file: cut short, or of another kind") from error
     except Exception as error:  # each of trimesh's readers has its own ways to fail on a broken file
         raise ValueError(
             f"{path}: not a readable {path.suffix.lower()} file: {str(error) or type(error).__name__}"
