@@ -100,6 +100,19 @@ def test_within_the_tolerance_both_ways_joined_and_smooth(name, tolerance):
     assert away == pytest.approx(arcs.radii[~arcs.is_line], rel=1e-9)
 
 
+def test_a_seam_from_which_no_chain_closes_is_moved():
+    turn = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    ellipse = cadfit.fit(np.column_stack([10 * np.cos(turn), 3 * np.sin(turn)]), 1e-4, closed=True)
+    arcs = cadfit.arcs(ellipse, 0.009)  # the seam is where it bends most
+    there, back = distance(ellipse.curves, arcs)
+    assert there <= arcs.deviation <= 0.009
+    assert back <= np.hypot(arcs.deviation, 0.01)
+    assert arcs.closed
+    assert np.array_equal(arcs.ends, np.roll(arcs.starts, -1, axis=0))
+    assert turns(arcs).max() < 1e-9
+    assert len(arcs) <= 18
+
+
 def test_corners_are_kept():
     fit = CURVES["plate"]
     arcs = cadfit.arcs(fit, 0.01)

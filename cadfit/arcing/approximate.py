@@ -42,12 +42,12 @@ def arcs(
     between="polyline"; `closed` as there). `tolerance`: a length, in the curve's unit. Arcs turn by half a turn at most
     and each begins in the direction in which the one before ends, but for corners, where the curve turns by more than
     1e-3 radians at a knot or from one curve to the next: these, and open ends, are kept exactly. A closed curve stays
-    closed, and smooth where it is. `max_radius` (None: 100 times the curve's size): an arc of length L with a larger
-    radius becomes the line between its ends; directions there differ by up to L / (2 max_radius). `decimals`: round
-    ends and centres to so many, as controllers do, and certify what comes of it; the directions at joints and the
-    radii at both ends of an arc then agree as far as rounding lets them (centres are chosen for that). `plane`: "xy",
-    "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not change. `progress` is called
-    with the part that is done, from 0 to 1; raising from it stops the work.
+    closed, and smooth where it is; then it may start at another of its knots. `max_radius` (None: 100 times the curve's
+    size): an arc of length L with a larger radius becomes the line between its ends; directions there differ by up to L
+    / (2 max_radius). `decimals`: round ends and centres to so many, as controllers do, and certify what comes of it;
+    the directions at joints and the radii at both ends of an arc then agree as far as rounding lets them (centres are
+    chosen for that). `plane`: "xy", "zx" or "yz", that of the arcs of a curve in 3D, whose third coordinate must not
+    change. `progress` is called with the part that is done, from 0 to 1; raising from it stops the work.
 
     Raises ValueError for a tolerance that is not positive or that float64 or `decimals` cannot hold, curves that do not
     follow each other, a third coordinate that changes, and where the curve turns back so that no smooth path follows.
@@ -107,7 +107,8 @@ def _chained(
     while len(chains) < len(stretches):
         k = len(chains)
         try:
-            chains.append(fewest(stretches[k], tolerance, largest, smooth))
+            chain, stretches[k] = fewest(stretches[k], tolerance, largest, smooth)
+            chains.append(chain)
         except LookupError as error:
             at, hairpins = error.args
             if not len(hairpins):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TypeVar
 
 import numpy as np
@@ -18,7 +19,9 @@ Found = TypeVar("Found")
 
 _MORE = 3  # numbers of arcs to try, to close a chain
 _DENSER = (1.0, 2.0, 4.0)
+_SEAMS = (0.0, 0.38, 0.76)  # of a closed stretch's pieces: where it is tried to begin
 _TRIES = 50
+_TRIES_AROUND = 12  # what they do not close from one seam, they may from another
 _TURNED = 0.5  # tolerances: the last direction's error times the longest chord that is spread over a chain
 _ENDS = 5  # directions at the end of a closed stretch to trace back from
 
@@ -38,33 +41,48 @@ class Chain:
         return bounds(parts, owner, self.joints[:-1], self.joints[1:], self.centres, self.sweeps, least)
 
 
-def fewest(pieces: Array, tolerance: float, max_radius: float, closed: bool) -> Chain:
-    """Return as few lines and arcs within the tolerance of Bézier pieces (m, 4, 2) as are found.
+def fewest(pieces: Array, tolerance: float, max_radius: float, closed: bool) -> tuple[Chain, Array]:
+    """Return as few lines and arcs within the tolerance of Bézier pieces (m, 4, 2) as are found, and the pieces.
 
-    `closed`: the pieces end where they start, and the tangent is to be continuous there, too. Raises LookupError with a
-    place of the curve where no arcs within the tolerance go on, and the places where it turns within the tolerance.
+    `closed`: the pieces end where they start, and the tangent is to be continuous there, too. Where the chain cannot be
+    closed so at the place where they start, the seam being a joint of every chain, they are returned from another
+    piece on. Raises LookupError with a place of the curve where no arcs within the tolerance go on, and the places
+    where it turns within the tolerance.
     """
     limits = Limits(tolerance, max_radius)
-
-    def judged(chain: Chain) -> tuple[Chain, Array]:
-        return chain, chain.bounds(pieces, 0.9 * tolerance)
 
     def made(edges: Edges, found: list[Layer]) -> tuple[Ints, Chain]:
         return _around(edges, found, limits) if closed else along(edges, found, max_radius)
 
-    for density in _DENSER:
-        nodes = along_pieces(pieces, tolerance, density)
-        links = feasible(nodes, limits)
-        while (fewer := thinned(nodes, links)) is not None:
-            nodes, links = fewer, feasible(fewer, limits)
+    seams, tries = (_SEAMS, _TRIES_AROUND) if closed else (_SEAMS[:1], _TRIES)
+    for density, part in product(_DENSER, seams):
+        seam = round(part * len(pieces))
         try:
-            return certified(Edges.of(nodes, links), tolerance, made, judged)
+            return _fewest(np.roll(pieces, -seam, axis=0), limits, density, made, tries)
         except LookupError as error:
-            hairpins = _hairpins(nodes.samples, tolerance)
+            at, hairpins = (error.args[0] + seam) % len(pieces), np.sort((error.args[1] + seam) % len(pieces))
             if len(hairpins):
-                raise LookupError(float(nodes.at[error.args[0]]), hairpins) from None
-            where = error.args[0]
-    raise LookupError(float(nodes.at[where]), hairpins)
+                break
+    raise LookupError(at, hairpins)
+
+
+def _fewest(
+    pieces: Array, limits: Limits, density: float, made: Callable[[Edges, list[Layer]], tuple[Ints, Chain]], tries: int
+) -> tuple[Chain, Array]:
+    """Return what `fewest` does, from the pieces' own start, or raise what it raises."""
+
+    def judged(chain: Chain) -> tuple[Chain, Array]:
+        return chain, chain.bounds(pieces, 0.9 * limits.tolerance)
+
+    nodes = along_pieces(pieces, limits.tolerance, density)
+    links = feasible(nodes, limits)
+    while (fewer := thinned(nodes, links)) is not None:
+        nodes, links = fewer, feasible(fewer, limits)
+    try:
+        return certified(Edges.of(nodes, links), limits.tolerance, made, judged, tries), pieces
+    except LookupError as error:
+        where = float(nodes.at[error.args[0]])
+        raise LookupError(where, _hairpins(nodes.samples, limits.tolerance)) from None
 
 
 def _hairpins(samples: Samples, tolerance: float) -> Array:
@@ -119,13 +137,14 @@ def certified(
     tolerance: float,
     made: Callable[[Edges, list[Layer]], tuple[Ints, Chain]],
     judged: Callable[[Chain], tuple[Found, Array]],
+    tries: int = _TRIES,
 ) -> Found:
     """Narrow the choice where a chain turns out to be farther from the curve than it seemed, until one is within.
 
     A link is narrowed once; then it is left out. Raises LookupError with a node where no chain is left.
     """
     seen = np.zeros(len(edges.links.start), dtype=bool)
-    for _ in range(_TRIES):
+    for _ in range(tries):
         rows, chain = made(edges, layers(edges))
         found, far = judged(chain)
         if (far <= tolerance).all():
