@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cadfit
+from cadfit.arcing.result import Arcs
 from cadfit.cli import main
 from cadfit.files import Curves, read, write
 
@@ -74,6 +75,16 @@ def test_arcs_as_bulges_come_back(tmp_path):
         assert spline.nearest(points)[1].max() < 1e-6
         again = write_read(tmp_path / "a.svg", arcs)
         assert again.curves[0].nearest(points)[1].max() < 1e-6
+
+
+def test_an_arc_of_more_than_half_a_turn_comes_back(tmp_path):
+    """As rounding to few decimals may leave a small one."""
+    start, end, centre = np.array([[2.0, 1.0]]), np.array([[1.0, 0.0]]), np.array([[1.0, 1.0]])
+    for sweep in (1.5 * np.pi, -0.5 * np.pi):
+        few = Arcs(start, end, centre, np.array([sweep]), "xy", np.zeros(0, dtype=np.intp), 0.0, 1.0, False)
+        for name in ("a.svg", "a.dxf"):
+            (spline,) = write_read(tmp_path / name, few).curves
+            assert spline.length() == pytest.approx(abs(sweep), rel=1e-6)
 
 
 def test_units_and_layers(tmp_path):

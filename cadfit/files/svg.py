@@ -108,7 +108,8 @@ def _of_arcs(arcs: Arcs) -> str:
     ends = arcs.ends[:, :2] * [1.0, -1.0]
     data = [f"M{_numbers(arcs.starts[0, :2] * [1.0, -1.0])}"]
     for end, radius, sweep in zip(ends, arcs.radii.tolist(), arcs.sweeps.tolist(), strict=True):
-        data.append(f"A{radius!r} {radius!r} 0 0 {int(sweep < 0.0)} {_numbers(end)}" if sweep else f"L{_numbers(end)}")
+        flags = f"{int(abs(sweep) > np.pi)} {int(sweep < 0.0)}"  # rounding may leave a small arc more than half a turn
+        data.append(f"A{radius!r} {radius!r} 0 {flags} {_numbers(end)}" if sweep else f"L{_numbers(end)}")
     return "".join(data) + "Z" * arcs.closed
 
 
