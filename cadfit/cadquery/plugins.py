@@ -9,7 +9,7 @@ import cadquery as cq
 
 from cadfit.bspline import BSpline
 from cadfit.cadquery.fits import FitOptions, ProfileOptions, fitted, fitted_profile
-from cadfit.cadquery.points import Points, in_world
+from cadfit.cadquery.points import Points, in_world, listed
 from cadfit.cadquery.shapes import to_face
 from cadfit.cadquery.sketch import Sketch, sketched
 from cadfit.cadquery.workplane import Workplane, drawn, profiled
@@ -81,8 +81,9 @@ def fit_spline(
         part = Workplane("XZ").invoke(outline).close().extrude(300)
         sketch = Sketch().invoke(outline).assemble()
     """
-    found = fitted(points, tolerance, **options)
-    drawing = cast(FitDrawing, _drawing(found.curves, in_world(points), forConstruction, makeWire, tag))
+    given = listed(points)
+    found = fitted(given, tolerance, **options)
+    drawing = cast(FitDrawing, _drawing(found.curves, in_world(given), forConstruction, makeWire, tag))
     drawing.fit = found
     return drawing
 
@@ -107,8 +108,9 @@ def fit_profile(
     :return: a function for `invoke`, with the fits made as `.fits`, the outline's before the holes'
     :raises ValueError: as :meth:`Workplane.fitProfile`
     """
-    outer, *inner = found = fitted_profile(points, tolerance, holes, **options)
-    face, world = to_face(outer, inner), in_world(points)
+    given = listed(points)
+    outer, *inner = found = fitted_profile(given, tolerance, holes, **options)
+    face, world = to_face(outer, inner), in_world(given)
 
     def drawing(base: Base, /) -> Base:
         if isinstance(base, cq.Sketch):

@@ -31,11 +31,21 @@ def as_array(points: Points) -> Array:
     >>> as_array([cq.Vector(1, 2), cq.Vector(4, 5)]).tolist()
     [[1.0, 2.0], [4.0, 5.0]]
     """
-    rows = points.vals() if isinstance(points, cq.Workplane) else points
+    rows = points.vals() if isinstance(points, cq.Workplane) else listed(points)
     if isinstance(rows, list | tuple):
         rows = [cq.Vector(row.toTuple()[0]) if isinstance(row, cq.Location) else row for row in rows]
     array = points_of(rows)
     return array[:, :2] if array.shape[1] == 3 and not array[:, 2].any() else array
+
+
+def listed(points: Points) -> Points:
+    """Return a list of points that come from a generator, a view or the like, to look at the first; others as they are.
+
+    >>> listed(cq.Vector(k, 0) for k in range(2))
+    [Vector: (0.0, 0.0, 0.0), Vector: (1.0, 0.0, 0.0)]
+    """
+    ready = isinstance(points, np.ndarray | cq.Shape | cq.Workplane | list | tuple | str)
+    return points if ready or not isinstance(points, Iterable) else [*points]
 
 
 def in_one_space(first: Array, second: Array) -> tuple[Array, Array]:

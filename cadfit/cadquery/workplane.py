@@ -12,7 +12,7 @@ from cadquery.cq import CombineMode, CQObject, VectorLike
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.cadquery.fits import HowToFit, ProfileOptions, fitted, fitted_profile
-from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space, in_world
+from cadfit.cadquery.points import Points, as_array, curve_of, in_one_space, in_world, listed
 from cadfit.cadquery.shapes import to_face, to_tube, to_wire
 from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.cardinal import cardinal_spline
@@ -171,8 +171,9 @@ class Workplane(cq.Workplane):
             part = Workplane().pushPoints([(0, 0), (80, 0)]).fitProfile(outer, 0.02, [inner]).extrude(3)
         """
         how: ProfileOptions = {"corners": corners, "between": between, "effort": effort, "progress": progress}
-        outer, *inner = fitted_profile(points, tolerance, holes, **how)
-        return profiled(self, to_face(outer, inner), in_world(points), forConstruction)
+        given = listed(points)
+        outer, *inner = fitted_profile(given, tolerance, holes, **how)
+        return profiled(self, to_face(outer, inner), in_world(given), forConstruction)
 
     def fitTube(
         self: T,
@@ -221,7 +222,7 @@ class Workplane(cq.Workplane):
 
 def gathered(base: cq.Workplane, points: Points | None, includeCurrent: bool) -> tuple[Points, bool]:
     """Return points, the current one first if asked for, and whether they are in the world, not on the workplane."""
-    given = base if points is None else points
+    given = base if points is None else listed(points)
     world = in_world(given)
     if not includeCurrent:
         return given, world

@@ -639,3 +639,19 @@ def test_a_users_script_has_types(tmp_path):
     ]
     errors = [line for line in said.splitlines() if ": error:" in line]
     assert [line.rsplit("[", 1)[1] for line in errors] == ["call-arg]", *["arg-type]"] * 3], said
+
+
+def test_vertices_from_a_generator_are_where_they_are():
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    ring = [cq.Vertex.makeVertex(10 * np.cos(a), 5.0, 6 * np.sin(a)) for a in turn]
+    draw = [
+        lambda points: host.Workplane("XZ").fitSpline(points, 0.01, closed=True),
+        lambda points: host.Workplane("XZ").fitProfile(points, 0.01),
+        lambda points: cq.Workplane("XZ").invoke(host.fit_spline(points, 0.01, closed=True)),
+        lambda points: cq.Workplane("XZ").invoke(host.fit_profile(points, 0.01)),
+    ]
+    for each in draw:
+        box = each(vertex for vertex in ring).val().BoundingBox()
+        assert (box.ymin, box.ymax) == pytest.approx((5.0, 5.0), abs=1e-6)
+    places = (cq.Location(vertex.Center()) for vertex in ring)
+    assert len(host.fit_edge(places, 0.01, closed=True).Edges()) == 1
