@@ -47,7 +47,12 @@ def fitted(
 ) -> Fit:
     """Return the fit to points, or an edge or wire refitted; see `FitSpline`."""
     if isinstance(points, Edge | Wire):
-        if closed is not None or corners != "auto" or between != "curve" or tangents is not None:
+        if (
+            closed is not None
+            or not (isinstance(corners, str) and corners == "auto")
+            or between != "curve"
+            or tangents is not None
+        ):
             raise ValueError("closed, corners, between and tangents go with points: an edge or a wire has its own")
         return occt.simplify(points.wrapped, tolerance, effort=effort, progress=progress)
     given = as_array(points)

@@ -221,6 +221,8 @@ def test_edges_and_wires_are_refitted():
     assert simplify(spline, 0.01, "fast").poles < 20
     with pytest.raises(ValueError, match="go with points: an edge or a wire has its own"):
         FitSpline(spline, 0.01, closed=True)
+    with pytest.raises(ValueError, match="go with points: an edge or a wire has its own"):
+        FitSpline(spline, 0.01, corners=np.array([1, 2]))
     disc = FitProfile(b3d.Edge.make_circle(5), 0.001, [b3d.Wire.make_rect(2, 2)])
     assert disc.area == pytest.approx(25 * np.pi - 4, abs=0.001 * 10 * np.pi)
     assert pytest.approx(1) == disc.faces()[0].normal_at().Z
