@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -84,7 +85,7 @@ def _name(model: StepData_StepModel, names: Sequence[str]) -> None:
         if isinstance(each, StepGeom_TrimmedCurve) and (name := named.get(id(each.BasisCurve()))):
             layers.setdefault(name, []).append(each)
     for curve, name in zip(curves, names, strict=True):
-        curve.SetName(TCollection_HAsciiString(name))
+        curve.SetName(_text(name))
     for name, held in layers.items():
         items = LayeredItems(1, len(held))
         for k, each in enumerate(held, 1):
@@ -92,8 +93,19 @@ def _name(model: StepData_StepModel, names: Sequence[str]) -> None:
             item.SetValue(each)
             items.SetValue(k, item)
         layer = StepVisual_PresentationLayerAssignment()
-        layer.Init(TCollection_HAsciiString(name), TCollection_HAsciiString(""), items)
+        layer.Init(_text(name), _text(""), items)
         model.AddWithRefs(layer)
+
+
+def _text(text: str) -> TCollection_HAsciiString:
+    """Return a text for STEP, whose strings are ASCII: other letters by their numbers. Source: ISO 10303-21, 6.4.3."""
+
+    def numbered(run: re.Match[str]) -> str:
+        wide = max(run.group()) > "\uffff"
+        code = run.group().encode("utf-32-be" if wide else "utf-16-be").hex().upper()
+        return f"\\X{4 if wide else 2}\\{code}\\X0\\"
+
+    return TCollection_HAsciiString(re.sub(r"[^\x00-\x7f]+", numbered, text))
 
 
 def write_iges(path: PathLike, shapes: Writable) -> None:

@@ -85,8 +85,11 @@ def from_edge(edge: TopoDS_Edge) -> BSpline:
 
     Lines, Bézier curves and B-splines of degree 3 or less are taken over exactly; an edge made by `to_edge` comes
     back bit for bit. Raises ValueError saying what the curve is where no non-rational cubic equals it (a circle, a
-    rational curve, a higher degree, no end).
+    rational curve, a higher degree, no end), and where it is no edge.
     """
+    kind = None if edge.IsNull() else edge.ShapeType()
+    if kind != TopAbs_ShapeEnum.TopAbs_EDGE:  # at one without a shape the kernel would crash
+        raise ValueError(f"an edge is needed, not {kind.name[7:].lower() if kind else 'nothing'}")
     with building("a spline of an edge"):
         spline = _spline(BRepAdaptor_Curve(as_edge(edge)))
     return spline.reversed() if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else spline

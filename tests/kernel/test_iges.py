@@ -83,10 +83,13 @@ def test_iges_that_is_cut_short(tmp_path):
             read(tmp_path / "b.igs")
 
 
+NUMBERED = "l''\\X2\\00E9\\X0\\t\\X2\\00E9\\X0\\"  # l'été as STEP writes it
+
+
 def test_step_is_a_curve_set_with_names(tmp_path):
     write(tmp_path / "a.step", Curves((HELIX, FLAT, HELIX), False, names=("rail", "l'été", "rail")))
-    text = (tmp_path / "a.step").read_text(encoding="utf-8")
-    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", "l''été", "rail"]
+    text = (tmp_path / "a.step").read_text(encoding="ascii")
+    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", NUMBERED, "rail"]
     assert "GEOMETRIC_CURVE_SET(" in text
     back = read(tmp_path / "a.step").curves
     assert [one.isclose(other, 0.0) for one, other in zip(back[::2], (HELIX, HELIX), strict=True)] == [True, True]

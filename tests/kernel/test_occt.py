@@ -25,7 +25,7 @@ from OCP.Interface import Interface_Static
 from OCP.Message import Message
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS_Shape
+from OCP.TopoDS import TopoDS_Edge, TopoDS_Shape
 
 from cadfit import BSpline, cardinal_spline
 from cadfit.occt import (
@@ -233,6 +233,23 @@ def test_a_line_is_a_spline():
     edge = BRepBuilderAPI_MakeEdge(gp_Pnt(1, 2, 3), gp_Pnt(4, 2, -1)).Edge()
     assert agrees(from_edge(edge), edge)
     assert from_edge(edge).length() == pytest.approx(5)
+
+
+def test_names_are_ascii_in_step(tmp_path):
+    """ISO 10303-21, 6.4.3: readers that go by it take bytes above 127 for nothing, or for other letters."""
+    names = ["Flügel O'B", "\u7ffc\U0001f600", "plain"]
+    curves = [random_spline([1], seed=seed) for seed in range(3)]
+    write_step(tmp_path / "named.step", curves, names=names)
+    text = (tmp_path / "named.step").read_bytes().decode("ascii")
+    for escaped in (r"'Fl\X2\00FC\X0\gel O''B'", r"'\X4\00007FFC0001F600\X0\'", "'plain'"):
+        assert re.search(rf"B_SPLINE_CURVE_WITH_KNOTS\(\s*{re.escape(escaped)}", text)
+    assert len(edges(read_step(tmp_path / "named.step"))) == 3
+
+
+def test_what_is_no_edge_is_refused():
+    for shape, expected in ((TopoDS_Edge(), "nothing"), (to_wire(random_spline([1])), "wire")):
+        with pytest.raises(ValueError, match=f"an edge is needed, not {expected}"):
+            from_edge(shape)
 
 
 def test_what_no_cubic_equals_is_refused():
