@@ -17,11 +17,12 @@ from cadfit.stages import Progress, stage, unheard
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _ASIDE = 0.04  # of a part: knots stand beside where points of a symmetric shape lie, or rounding tells their spans
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
-_NEAR = 1.5  # a largest error that other knots may yet bring down
+_NEAR = 1.3  # a largest error that better knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 _MET = 0.05  # of two targets' distance: parameters that near have slid together
-_SHARE = 0.25  # of the spans: how many are taken away at once, at first
-_FEW_TRIALS, _FEW_PASSES = 8, 8
+_SHARE, _LARGE_SHARE = 0.25, 0.35  # of the spans: how many are taken away at once, at first
+_MENDINGS = 3  # rounds of knots for what fails with fewer spans, as long as they stay fewer
+_FEW_TRIALS, _FEW_PASSES = 8, 6
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
 
 
@@ -113,27 +114,26 @@ def _bisected(trial: Trial) -> Array:
 def few(trial: Trial, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as a few trials find to meet the targets, knots being moved.
 
-    Each takes away a share of the spans until one fails, and then half of those that lie between. Where none does, the
-    one that failed is tried again from the better knots found since, unless it failed by far.
+    Each takes away a share of the spans until one fails, and then half of those that lie between. One that fails is
+    given knots where it does, as long as it has fewer than before.
     """
-    least, failed, failed_from, near = 4 if trial.goal.closed else 1, 0, trial, True
-    looped = len(looping(trial)) > 0
+    least, failed, looped = 4 if trial.goal.closed else 1, 0, _loops(trial)
     for turn in range(_FEW_TRIALS):
         progress(turn / _FEW_TRIALS)
         m = trial.curve.spans.count
-        cut = (m - failed) // 2 if failed else min(max(1, round(_SHARE * m)), m - least)
-        if failed == m - 1 and near and failed_from is not trial:
-            cut = 1
-        if m <= least or cut < 1:
+        cut = (m - failed) // 2 if failed else min(max(1, round(_LARGE_SHARE * m)), m - least)
+        if cut < 1:
             break
-        fewer = _with_fewer(trial, m - cut, _FEW_PASSES)
-        loops = fewer.met and len(looping(fewer)) > 0
-        if fewer.met and (looped or not loops):
-            trial, looped = fewer, loops
-            continue
-        failed, failed_from, near = m - cut, trial, fewer.worst < _NEAR
-        if fewer.worst > _HOPELESS:
-            least = failed + 1
+        fewer = relax(start(trial.goal, by_removal(trial, m - cut), trial.u), _FEW_PASSES, move_knots=True)
+        if not fewer.met:
+            nearly, failed = fewer.worst < _NEAR, m - cut
+            fewer = _mended(fewer, m, _FEW_PASSES)
+            if nearly and fewer.met:  # from its knots so few may yet do
+                failed = max(fewer.curve.spans.count - 2 * max(1, cut // 2), least - 1)
+        if fewer.met and (looped or not _loops(fewer)):
+            trial, looped = fewer, _loops(fewer)
+        else:
+            failed = m - cut
     return trial
 
 
@@ -141,39 +141,57 @@ def few(trial: Trial, progress: Progress = unheard) -> Trial:
 def fewest(trial: Trial, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as many trials find to meet the targets, knots being moved and exchanged.
 
-    Each takes away a share of the spans, half of it after one failed. Where it fails with one span less, the knots are
-    moved to where the largest error is least, and it is tried once more from there.
+    Each takes away a share of the spans; one that fails is given knots where it does, and next time half as many are
+    taken. Where it fails with one span less, the knots are moved to where the largest error is least, and it is tried
+    once more from there.
     """
-    least, cut, fresh = 4 if trial.goal.closed else 1, trial.curve.spans.count, True
-    looped = len(looping(trial)) > 0
+    least, cut, fresh, looped = 4 if trial.goal.closed else 1, trial.curve.spans.count, True, _loops(trial)
     for turn in range(_MANY_TRIALS):
         progress(turn / _MANY_TRIALS)
         m = trial.curve.spans.count
         cut = min(cut, max(1, round(_SHARE * m)), m - least)
         if cut < 1:
             break
-        fewer = _with_fewer(trial, m - cut, _MANY_PASSES)
-        if m - cut > least:
+        fewer = _with_fewer(trial, m - cut)
+        hopeless = fewer.worst > _HOPELESS
+        if cut > 1:
+            fewer = _mended(fewer, m, _MANY_PASSES)
+        elif m - cut > least and not hopeless:
             fewer = _with_exchanges(fewer)
-        loops = fewer.met and len(looping(fewer)) > 0
-        if fewer.met and (looped or not loops):
-            trial, looped, fresh = fewer, loops, True
-        elif fewer.worst > _HOPELESS:
+        if fewer.met and (looped or not _loops(fewer)):
+            trial, looped, fresh = fewer, _loops(fewer), True
+            if trial.curve.spans.count > m - cut:
+                cut = max(1, cut // 2)
+        elif hopeless:
             least, cut = m - cut + 1, cut // 2
         elif cut == 1 and fresh:
             better, fresh = settled(trial, _SETTLING), False
-            trial = better if looped or not len(looping(better)) else trial
+            trial = better if looped or not _loops(better) else trial
         else:
             cut //= 2
     return trial
 
 
-def _with_fewer(trial: Trial, m: int, passes: int) -> Trial:
-    """Return what so many passes make of the better of two starts with m spans."""
+def _loops(trial: Trial) -> bool:
+    return len(looping(trial)) > 0
+
+
+def _mended(trial: Trial, limit: int, passes: int) -> Trial:
+    """Return the trial with knots added where it fails, until it meets its targets or would have too many spans."""
+    for _ in range(_MENDINGS):
+        knots = _bisected(trial)
+        if trial.met or not trial.curve.spans.count < len(knots) - 1 < limit:
+            break
+        trial = relax(start(trial.goal, knots, trial.u), passes, move_knots=True)
+    return trial
+
+
+def _with_fewer(trial: Trial, m: int) -> Trial:
+    """Return what many passes make of the better of two starts with m spans."""
     fewer = start(trial.goal, by_removal(trial, m), trial.u)
     if fewer.worst > 1.0:
         fewer = min(fewer, start(trial.goal, by_jumps(trial, m), trial.u), key=_promise)
-    return relax(fewer, passes, move_knots=True)
+    return relax(fewer, _MANY_PASSES, move_knots=True)
 
 
 def _with_exchanges(trial: Trial) -> Trial:

@@ -29,7 +29,7 @@ _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and whe
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
 _ROUNDS = 12  # of mending what a check finds
-_SEAM = 1e-2  # of a long span beside it: a shorter one is no place for the seam
+_SEAM = 3e-2  # of a long span beside it: a shorter one is no place for the seam
 _EPS = float(np.finfo(np.float64).eps)
 
 
