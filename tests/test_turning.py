@@ -135,7 +135,7 @@ def test_below_the_sagitta_the_corners_are_rounded(shape, share):
 
 
 def test_the_poles_rise_gently_from_a_smooth_curve_to_rounded_corners():
-    poles = [follows(WAVE, tolerance)[0].poles for tolerance in (0.01, 0.005, 0.0025, 0.001, 0.0003, 0.0001)]
+    poles = [follows(WAVE, tolerance)[0].poles for tolerance in (0.01, 0.005, 0.0025, 0.0015, 0.001, 0.0003, 0.0001)]
     assert poles == sorted(poles)
     assert max(b / a for a, b in zip(poles[:-1], poles[1:], strict=True)) < 3.0
     assert poles[-1] <= 3 * 58 + 4
