@@ -19,18 +19,17 @@ def read(path: Path, unit: str) -> Any:
     """
     import trimesh
 
+    unreadable = f"{path}: not a readable {path.suffix.lower()} file"
     try:
         mesh = trimesh.load_mesh(path)
     except ModuleNotFoundError as error:
         if error.name != "charset_normalizer":  # which trimesh asks about bytes that are no mesh of its
             raise
-        raise ValueError(f"{path}: not a readable {path.suffix.lower()} file: cut short, or of another kind") from error
+        raise ValueError(f"{unreadable}: cut short, or of another kind") from error
     except Exception as error:  # each of trimesh's readers has its own ways to fail on a broken file
-        raise ValueError(
-            f"{path}: not a readable {path.suffix.lower()} file: {str(error) or type(error).__name__}"
-        ) from error
+        raise ValueError(f"{unreadable}: {str(error) or type(error).__name__}") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise ValueError(f"{path}: no faces in it")
+        raise ValueError(f"{unreadable}: no faces in it")
     if path.suffix.lower() == ".3mf":
         factor = _STATED.get(str(mesh.units), 1.0) / _MILLIMETRES[unit]
         if factor != 1.0:

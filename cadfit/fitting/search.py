@@ -97,17 +97,16 @@ def _bisected(trial: Trial) -> Array:
     if spans.closed:
         worst[0] = max(worst[0], worst[-1])
     starts = np.searchsorted(span, np.arange(spans.count + 1))
-    new = [spans.knots]
-    for s in np.flatnonzero((worst[:-1] > 1.0) & (spans.steps > _SHORTEST * (spans.knots[-1] - spans.knots[0]))):
-        a, b = spans.knots[s], spans.knots[s + 1]
-        inside = starts[s + 1] - starts[s]
-        parts = int(np.clip(np.ceil(worst[s] ** 0.25), 2, 8))
-        cuts = a + (b - a) * (np.arange(1, parts) + _ASIDE) / parts
-        if inside > parts:
-            k = starts[s] + inside * np.arange(1, parts) // parts
-            cuts = 0.5 * (u[k - 1] + u[k])
-        new.append(np.clip(cuts, a + 0.05 * (b - a), b - 0.05 * (b - a)))
-    return np.unique(np.concatenate(new))
+    cut = np.flatnonzero((worst[:-1] > 1.0) & (spans.steps > _SHORTEST * (spans.knots[-1] - spans.knots[0])))
+    parts = np.minimum(np.maximum(np.ceil(worst[cut] ** 0.25), 2), 8).astype(np.intp)
+    last = np.cumsum(parts - 1)
+    owner = np.repeat(np.arange(len(cut)), parts - 1)  # of each new knot
+    k = np.arange(1, len(owner) + 1) - (last - parts + 1)[owner]  # which of its span's
+    cut, parts = cut[owner], parts[owner]
+    a, h, inside = spans.knots[cut], spans.steps[cut], starts[cut + 1] - starts[cut]
+    at = np.minimum(starts[cut] + inside * k // parts, len(u) - 1)
+    new = np.where(inside > parts, 0.5 * (u[at - 1] + u[at]), a + h * (k + _ASIDE) / parts)
+    return np.unique(np.concatenate([spans.knots, np.minimum(np.maximum(new, a + 0.05 * h), a + 0.95 * h)]))
 
 
 @stage("taking spans away")
