@@ -31,7 +31,7 @@ from OCP.TCollection import TCollection_HAsciiString
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
 
 from cadfit.bspline import BSpline
-from cadfit.occt.kernel import KernelError, LayeredItems, building
+from cadfit.occt.kernel import PASSES_BACKSLASHES, KernelError, LayeredItems, building
 from cadfit.occt.shapes import to_edge
 from cadfit.replacing import replacing
 
@@ -98,14 +98,17 @@ def _name(model: StepData_StepModel, names: Sequence[str]) -> None:
 
 
 def _text(text: str) -> TCollection_HAsciiString:
-    """Return a text for STEP, whose strings are ASCII: other letters by their numbers. Source: ISO 10303-21, 6.4.3."""
+    """Return a text for STEP, whose strings are ASCII: other letters by their numbers. Source: ISO 10303-21, 6.4.3.
+
+    A kernel that doubles backslashes gets the letters themselves: their numbers would come back as text.
+    """
 
     def numbered(run: re.Match[str]) -> str:
         wide = max(run.group()) > "\uffff"
         code = run.group().encode("utf-32-be" if wide else "utf-16-be").hex().upper()
         return f"\\X{4 if wide else 2}\\{code}\\X0\\"
 
-    return TCollection_HAsciiString(re.sub(r"[^\x00-\x7f]+", numbered, text))
+    return TCollection_HAsciiString(re.sub(r"[^\x00-\x7f]+", numbered, text) if PASSES_BACKSLASHES else text)
 
 
 def write_iges(path: PathLike, shapes: Writable) -> None:

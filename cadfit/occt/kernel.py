@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import OCP
 from OCP.TopoDS import TopoDS
 
 try:  # All that differs between the versions: OCP 8 gathers the collections, and its casts lost their suffix.
@@ -28,8 +29,12 @@ except ImportError:
 
     as_edge, as_face, as_vertex, as_wire = TopoDS.Edge_s, TopoDS.Face_s, TopoDS.Vertex_s, TopoDS.Wire_s
 
+PASSES_BACKSLASHES = not OCP.__version__.startswith("7.8.")
+"""Whether STEP's texts are written as they are: 7.8 doubles each backslash."""
+
 __all__ = [
     "CONFUSION",
+    "PASSES_BACKSLASHES",
     "Integers",
     "KernelError",
     "LayeredItems",

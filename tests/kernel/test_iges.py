@@ -22,7 +22,7 @@ import cadfit
 from cadfit.cli import main
 from cadfit.files import Curves, read, write
 from cadfit.occt import from_edge
-from cadfit.occt.kernel import as_edge
+from cadfit.occt.kernel import PASSES_BACKSLASHES, as_edge
 
 T = np.linspace(0, 5, 30)
 HELIX = cadfit.local_spline(np.column_stack([10 * np.cos(T), 10 * np.sin(T), T]))
@@ -83,13 +83,13 @@ def test_iges_that_is_cut_short(tmp_path):
             read(tmp_path / "b.igs")
 
 
-NUMBERED = "l''\\X2\\00E9\\X0\\t\\X2\\00E9\\X0\\"  # l'été as STEP writes it
+WRITTEN = "l''\\X2\\00E9\\X0\\t\\X2\\00E9\\X0\\" if PASSES_BACKSLASHES else "l''été"
 
 
 def test_step_is_a_curve_set_with_names(tmp_path):
     write(tmp_path / "a.step", Curves((HELIX, FLAT, HELIX), False, names=("rail", "l'été", "rail")))
-    text = (tmp_path / "a.step").read_text(encoding="ascii")
-    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", NUMBERED, "rail"]
+    text = (tmp_path / "a.step").read_text(encoding="utf-8")
+    assert re.findall(r"B_SPLINE_CURVE_WITH_KNOTS\('((?:[^']|'')*)'", text) == ["rail", WRITTEN, "rail"]
     assert "GEOMETRIC_CURVE_SET(" in text
     back = read(tmp_path / "a.step").curves
     assert [one.isclose(other, 0.0) for one, other in zip(back[::2], (HELIX, HELIX), strict=True)] == [True, True]

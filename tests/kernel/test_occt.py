@@ -235,6 +235,7 @@ def test_a_line_is_a_spline():
     assert from_edge(edge).length() == pytest.approx(5)
 
 
+@pytest.mark.skipif(not kernel.PASSES_BACKSLASHES, reason="OCP 7.8 doubles backslashes")
 def test_names_are_ascii_in_step(tmp_path):
     """ISO 10303-21, 6.4.3: readers that go by it take bytes above 127 for nothing, or for other letters."""
     names = ["Flügel O'B", "\u7ffc\U0001f600", "plain"]
