@@ -349,15 +349,16 @@ def test_broken_archives_are_named(tmp_path):
     np.savez_compressed(tmp_path / "a.npz", points=rng.normal(size=(200, 2)))
     np.save(tmp_path / "a.npy", rng.normal(size=(200, 2)))
     for suffix, places in ((".npz", range(60, 800, 20)), (".npy", range(128))):
+        refused = 0
         whole = (tmp_path / f"a{suffix}").read_bytes()
         for k in places:
             (tmp_path / f"b{suffix}").write_bytes(whole[:k] + bytes(rng.integers(0, 256, 9, np.uint8)) + whole[k + 9 :])
-            said = ""
             try:
                 read(tmp_path / f"b{suffix}")
             except ValueError as error:
-                said = str(error)
-            assert said == "" or f"b{suffix}: " in said
+                assert f"b{suffix}: " in str(error)  # noqa: PT017  other bytes may well be read, as other numbers
+                refused += 1
+        assert refused > len(places) / 2
 
 
 @pytest.mark.parametrize(
