@@ -76,7 +76,7 @@ def trace(curves: Sequence[BSpline], most: int = 6000) -> Trace:
     steps = np.flatnonzero(span[1:] == span[:-1])
     s = np.zeros(len(t))
     s[steps + 1] = lengths(restrict(pieces[span[steps]], t[steps], t[steps + 1]), 1e-7)
-    u = knots[span] + t * (knots[span + 1] - knots[span])
+    u = (1.0 - t) * knots[span] + t * knots[span + 1]  # the end of a span is the start of the next, to the last bit
     return Trace(u, np.cumsum(s), evaluate(pieces[span], t), _curvature(pieces[span], t), span)
 
 

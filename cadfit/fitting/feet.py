@@ -69,7 +69,7 @@ def slid(u: Array, step: Array, period: float | None) -> Array:
     The ends of an open curve (no `period`) stay.
     """
     if period is not None:
-        room = _NEAR * np.diff(u, append=u[0] + period)
+        room = _NEAR * (np.append(u[1:], u[0] + period) - u)
         return u + np.minimum(np.maximum(step, -shifted(room, 1)), room)
     room = _NEAR * (u[1:] - u[:-1])
     u = u.copy()

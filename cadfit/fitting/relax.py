@@ -9,7 +9,7 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.feet import Look, look, look_again, newton, slid, within, wrapped
 from cadfit.fitting.spans import Curve, Spans, dot, shifted
-from cadfit.fitting.squares import band, local, moments, pairs, solve
+from cadfit.fitting.squares import band, local, moments, pairs, solve, solve_alike
 from cadfit.fitting.targets import Targets, sampled
 from cadfit.fitting.turning import loops
 
@@ -62,8 +62,17 @@ def start(goal: Targets, knots: Array, u: Array) -> Trial:
     """Return the least-squares curve with these knots for targets at these parameters."""
     curve, u = wrapped(averaged(goal, knots, u), u)
     seen = look(curve, u)
-    curve = with_poles(goal, curve, seen, goal.weights, 1.0)
+    curve = with_poles(goal, curve, seen, goal.weights, 1.0) if held(goal) else nearest(goal, curve, seen)
     return measured(goal, curve, u, goal.weights, look_again(curve, seen))
+
+
+def nearest(goal: Targets, curve: Curve, seen: Look) -> Curve:
+    """Return the curve as `with_poles` where residuals count alike in all directions: each coordinate by itself."""
+    spans, weight = curve.spans, goal.weights / goal.allowed**2
+    squares, pulls = summed(spans, seen, weight[None], weight * (goal.points - seen.places))
+    equations = local(squares, pulls, spans.matrices, None)
+    found = solve_alike(*equations, band(spans.count, spans.closed, 1, False), _DAMPING)
+    return Curve(spans, _plus(curve, found))
 
 
 def averaged(goal: Targets, knots: Array, u: Array) -> Curve:
@@ -169,9 +178,14 @@ def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: f
         np.full(d, _DAMPING),
         held(goal),
     )
+    return Curve(spans, on_tangents(_plus(curve, found), goal))
+
+
+def _plus(curve: Curve, moves: Array) -> Array:
+    """Return the curve's poles (d, k) with the free ones moved by `moves` (free, d)."""
     poles = curve.poles.copy()
-    poles[:, slice(None) if spans.closed else slice(1, -1)] += found.T
-    return Curve(spans, on_tangents(poles, goal))
+    poles[:, slice(None) if curve.spans.closed else slice(1, -1)] += moves.T
+    return poles
 
 
 def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve:
@@ -235,6 +249,11 @@ def sums(curve: Curve, seen: Look, gap: Array, weight: Array, along: float) -> t
     metric = tangent[i] * slid[j]
     metric[i == j] += weight
     pull = weight * gap + dot(tangent, gap) * slid
+    return summed(spans, seen, metric, pull)
+
+
+def summed(spans: Spans, seen: Look, metric: Array, pull: Array) -> tuple[Array, Array]:
+    """Return the `squares.moments` of targets seen, for the spans; closed, those of the next period with the first."""
     starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
     squares, pulls = moments(seen.local, metric, pull, starts)
     if spans.closed:
@@ -282,7 +301,7 @@ def strays(trial: Trial) -> tuple[Array, Array]:
     """Return how far the curve strays from each chord (chords,), in parts of its room, and where, of seven samples."""
     goal = trial.goal
     u = np.append(trial.u[goal.data], trial.u[0] + goal.period)[: len(goal.room) + 1]
-    at = (u[:-1] + _LOOKS[:, None] * np.diff(u)).ravel()
+    at = (u[:-1] + _LOOKS[:, None] * (u[1:] - u[:-1])).ravel()
     chords = np.tile(np.arange(len(goal.room)), len(_LOOKS))
     found = goal.straying(trial.curve.points(at, trial.curve.spans.find(at)), chords).reshape(len(_LOOKS), -1)
     return found.max(axis=0), _LOOKS[np.argmax(found, axis=0)]

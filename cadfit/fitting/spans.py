@@ -58,7 +58,7 @@ class Spans:
     @cached_property
     def steps(self) -> Array:
         """The lengths of the spans (m,)."""
-        return np.diff(self.knots)
+        return self.knots[1:] - self.knots[:-1]
 
     @cached_property
     def matrices(self) -> Array:

@@ -32,7 +32,7 @@ class Band:
     order: Ints  # (blocks,): the place of each block that is not left out
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def band(m: int, closed: bool, d: int, knots: bool) -> Band:
     """Return the layout for m spans (closed: 4 or more) of poles in d dimensions, `knots` being unknown, too."""
     q, blocks = d + knots, m if closed else m + 3
@@ -100,12 +100,13 @@ def local(squares: Array, pulls: Array, functions: Array, moves: Array | None) -
     """Return each span's part of the normal equations, (pairs of unknowns, m), and of their right side, (unknowns, m).
 
     `squares` and `pulls` as `moments`. `functions` (4 powers, 4, m): those that four poles (4 d unknowns) count with;
-    or (4 powers, 7, m): those of three knots behind them, each along its direction `moves` (d, 3, m).
+    or (4 powers, 7, m): those of three knots behind them, each along its direction `moves` (d, 3, m). Where the metric
+    is one number, squares (4, 4, 1, m), the matrix is that of any one coordinate.
     """
     d, m = pulls.shape[1:]
     poles = functions[:, :4]
     half = np.einsum("pqem,qbm->pbem", squares, poles)
-    matrix = np.einsum("pam,pbem->abem", poles, half).reshape(-1, m)[_of_poles(d)]
+    matrix = np.einsum("pam,pbem->abem", poles, half).reshape(-1, m)[_of_poles(d if squares.shape[2] > 1 else 1)]
     side = np.einsum("pam,pcm->acm", poles, pulls).reshape(4 * d, m)
     if moves is None:
         return matrix, side
@@ -126,8 +127,8 @@ def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, h
     changes nothing) or over the knots. `held`: blocks, and the unit directions (d,) that their poles may move in.
     """
     size, unknowns = layout.shape
-    matrix = np.bincount(layout.entries, matrices.ravel(), size * unknowns + 1)[:-1].reshape(layout.shape)
-    right = np.bincount(layout.rows, sides.ravel(), unknowns + 1)[:-1]
+    matrix = _gathered(matrices, layout.entries, size * unknowns).reshape(layout.shape)
+    right = _gathered(sides, layout.rows, unknowns)
     diagonal = matrix[0].reshape(-1, len(damping))
     scale = np.add.reduce(diagonal) / len(diagonal)
     scale[:d] = np.add.reduce(scale[:d]) / d
@@ -136,11 +137,31 @@ def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, h
         for c in range(len(direction)):
             for e in range(c + 1):
                 matrix[c - e, first + e] += 1e8 * scale[0] * ((c == e) - direction[c] * direction[e])
-    ridge = damping
+    return _damped(matrix, right, scale, damping).reshape(-1, len(damping))[layout.order]
+
+
+def solve_alike(matrix: Array, sides: Array, layout: Band, damping: float) -> Array:
+    """Return as `solve` the poles (blocks not left out, d) where all coordinates have the same `local` matrix."""
+    size, unknowns = layout.shape
+    banded = _gathered(matrix, layout.entries, size * unknowns).reshape(layout.shape)
+    each = sides.reshape(4, -1, sides.shape[1]).swapaxes(0, 1)
+    right = [_gathered(side, layout.rows, unknowns) for side in each]
+    scale = np.add.reduce(banded[0]) / unknowns
+    return _damped(banded, np.column_stack(right), np.array([scale]), np.array([damping]))[layout.order]
+
+
+def _gathered(values: Array, places: Ints, count: int) -> Array:
+    """Return the sums (count,) of what goes to each place; the one behind them takes what is left out."""
+    return np.asarray(np.bincount(places, values.ravel(), count + 1)[:-1], dtype=np.float64)
+
+
+def _damped(matrix: Array, right: Array, scale: Array, damping: Array) -> Array:
+    """Return the solution of the banded equations, `damping` times scale added to the diagonal, and more if need be."""
+    diagonal, ridge = matrix[0].reshape(-1, len(damping)), damping
     for _ in range(8):
         diagonal += ridge * scale + 1e-300
         _, found, failed = dpbsv(matrix, right, lower=1)
         if not failed:
             break
         ridge = np.maximum(100.0 * ridge, 1e-14)  # not positive definite in float64
-    return np.asarray(found.reshape(-1, len(damping))[layout.order])
+    return np.asarray(found)

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
+from cadfit.fitting.matching import blocks
 from cadfit.fitting.spans import dot
 
 BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
 _FRACTIONS = np.array([0.25, 0.5, 0.75])
+_SAMPLES = np.array([[3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3] for t in np.arange(1, 16) / 16])  # of a cubic
 _MOST = 32.0  # times as long as a neighbour: a longer chord gets no more samples
 
 
@@ -99,16 +101,13 @@ def bulges(chain: Array, least: float) -> Array:
     sides = np.linalg.norm(np.diff(chain, axis=1), axis=2).sum(axis=1)
     chord = np.linalg.norm(chain[:, 3] - chain[:, 0], axis=1)
     bent = np.flatnonzero(sides * sides - chord * chord > 4.0 * least * least)  # else within that ellipse's half width
-    chain = chain[bent]
-    largest = np.zeros(len(chain))
-    start, along = chain[:, 0], chain[:, 3] - chain[:, 0]
-    length = np.einsum("nd,nd->n", along, along)
-    for t in np.arange(1, 16) / 16.0:
-        gap = bezier.evaluate(chain, t) - start
-        place = np.clip(np.einsum("nd,nd->n", gap, along) / length, 0.0, 1.0)
-        gap -= place[:, None] * along
-        np.maximum(largest, np.einsum("nd,nd->n", gap, gap), out=largest)
-    found[bent] = np.sqrt(largest)
+    for rows in blocks(len(bent)):
+        piece = chain[bent[rows]]
+        arms = (piece[:, 1:] - piece[:, :1]).transpose(1, 2, 0)  # (3, d, k)
+        gap, along = np.tensordot(_SAMPLES, arms, 1), arms[2]
+        place = np.einsum("sdk,dk->sk", gap, along) / dot(along, along)
+        gap -= np.minimum(np.maximum(place, 0.0), 1.0)[:, None] * along
+        found[bent[rows]] = np.sqrt(np.einsum("sdk,sdk->sk", gap, gap).max(axis=0))
     return found
 
 
