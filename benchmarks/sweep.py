@@ -2,12 +2,12 @@
 
 One circle along paths that are known to be hard, each at 200, 2,000 and 20,000 stations (the others are given that
 many; cadfit the tolerance that asks for about as many), 16 sides, one run, medians of repeats, warm; and the first call
-of a fresh process. The columns: seconds; whether the mesh is watertight as emitted, vertices taken as they are
-numbered; the largest turn of one ring against the next about the path beyond what rotation-minimizing frames turn, in
-degrees, from the first corner of each ring; the turn across the seam of a closed path; the volume against area times
-length (bent tighter than the radius or cusped, against that of a finely
-repaired mesh); faces. An entry that is wrong is in bold: not watertight, a turn above a degree that the path does not
-explain, a volume off by more than 1 % (at 200 stations 3 %), or no answer and no error that says why.
+of a fresh process, its function imported. The columns: seconds; whether the mesh is watertight as emitted, vertices
+taken as they are numbered; the largest turn of one ring against the next about the path beyond what
+rotation-minimizing frames turn, in degrees, from the first corner of each ring; the turn across the seam of a closed
+path; the volume against area times length (bent tighter than the radius or cusped, against that of a finely repaired
+mesh); faces. An entry that is wrong is in bold: not watertight, a turn above a degree that the path does not explain, a
+volume off by more than 1 % (at 200 stations 3 %), or no answer and no error that says why.
 
 pyvista and build123d are taken where they are installed. OCCT sweeps with its default mode and tessellates at the same
 tolerance; it is given a time limit for each case.
@@ -212,20 +212,27 @@ def row(name: str, stations: int, who: str, seconds: float | None, mesh: trimesh
     return f"| {name} | {stations:,} | {who} | " + " | ".join(cells) + " |"
 
 
-def first_calls() -> tuple[float, float]:
-    """Return the seconds of the first call in a fresh process that has imported both libraries: cadfit, trimesh."""
+def first_calls(stations: int) -> tuple[float, float]:
+    """Return the seconds of the first call in a fresh process that has imported both functions: tube, sweep_polygon.
+
+    trimesh's engine for polygons is imported by its call.
+    """
     setup = (
-        "import numpy as np, trimesh, cadfit, time, sweep, tubes\n"
-        "case = sweep.Case(tubes.helix(), 1.0, 0.0)\n"
-        "theirs = sweep.sweep_polygon(case, 200)\n"
+        "import time, numpy as np, shapely, sweep\n"
+        "from cadfit import tube\n"
+        "from trimesh.creation import sweep_polygon\n"
+        "path, radius = sweep.path_of('trefoil')\n"
+        "profile = shapely.Polygon(radius * sweep.disc(sweep.SIDES))\n"
+        f"points = path(np.linspace(*path.domain, {stations}))\n"
         "s = time.perf_counter()\n"
     )
+    tolerance = tolerance_for(case_of("trefoil"), stations)
     found = []
-    for call in ("cadfit.tube(case.path, case.radius, 0.05, sides=16)", "theirs()"):
+    for call in (f"tube(path, radius, {tolerance}, sides=sweep.SIDES)", "sweep_polygon(profile, points)"):
         code = f"{setup}{call}\nprint(time.perf_counter() - s)"
         runs = [
             subprocess.run([sys.executable, "-c", code], cwd=HERE, capture_output=True, text=True, check=True)
-            for _ in range(5)
+            for _ in range(7)
         ]
         found.append(median(float(run.stdout) for run in runs))
     return found[0], found[1]
@@ -280,10 +287,11 @@ def rows_of(name: str, stations: int) -> list[str]:
 
 
 def table(names: Sequence[str] = NAMES) -> str:
-    mine, theirs = first_calls()
-    rows = [
-        f"First call at 200 stations: cadfit {mine * 1e3:.1f} ms, sweep_polygon {theirs * 1e3:.1f} ms.",
-        "",
+    rows = []
+    for stations in STATIONS if find_spec("shapely") else ():
+        mine, theirs = (f"{seconds * 1e3:.1f} ms" for seconds in first_calls(stations))
+        rows += [f"First call along the trefoil at {stations:,} stations: cadfit {mine}, sweep_polygon {theirs}.", ""]
+    rows += [
         "| path | stations | | time | watertight | turn | seam | volume off | faces |",
         "| --- | ---: | --- | ---: | --- | ---: | ---: | ---: | ---: |",
     ]

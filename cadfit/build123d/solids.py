@@ -15,7 +15,7 @@ from cadfit.fitting.approximate import Between, Corners, Effort
 from cadfit.fitting.result import Fit
 from cadfit.occt.checks import Caps
 from cadfit.stages import Progress, shares
-from cadfit.sweeping.sweep import Law
+from cadfit.sweeping.laws import Law
 
 
 class FitProfile(BaseSketchObject):

@@ -14,7 +14,7 @@ from cadfit.cadquery.shapes import to_edge, to_face, to_tube, to_wire
 from cadfit.fitting.approximate import Effort
 from cadfit.occt.checks import Caps
 from cadfit.stages import Progress, shares
-from cadfit.sweeping.sweep import Law
+from cadfit.sweeping.laws import Law
 
 
 def fit_edge(points: Points, tolerance: float, **options: Unpack[FitOptions]) -> cq.Edge:

@@ -12,7 +12,7 @@ from cadfit.fitting.result import Fit
 from cadfit.occt.checks import Caps
 from cadfit.occt.shapes import Chain, HasCurves
 from cadfit.stages import Progress
-from cadfit.sweeping.sweep import Law
+from cadfit.sweeping.laws import Law
 
 
 def to_edge(curve: BSpline | HasCurves) -> cq.Edge:

@@ -21,7 +21,7 @@ from cadfit.occt import CONFUSION
 from cadfit.occt.checks import Caps
 from cadfit.points.parametrize import Parametrization
 from cadfit.stages import Progress, shares
-from cadfit.sweeping.sweep import Law
+from cadfit.sweeping.laws import Law
 
 T = TypeVar("T", bound=cq.Workplane)
 

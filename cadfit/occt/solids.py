@@ -21,8 +21,9 @@ from cadfit.sweeping.chain import chain, tightest
 from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile
 from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError
-from cadfit.sweeping.sweep import path_of, positive, sweep
+from cadfit.sweeping.sweep import sweep
 from cadfit.sweeping.tube import tube
+from cadfit.sweeping.wanted import path_of, positive
 
 if TYPE_CHECKING:
     from trimesh import Trimesh

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.sweeping.chain import Chain, tightest
-from cadfit.sweeping.rings import Rings, Short
-from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing
 from cadfit.sweeping.touching import APART, askew, tight_steps, touching
+
+if TYPE_CHECKING:
+    from cadfit.sweeping.rings import Rings, Short
+    from cadfit.sweeping.section import Section
 
 _WINDOW = 200  # samples to either side when the nearest places of two parts are looked for
 _BESIDE = 4  # rings to either side of each, between which these are

@@ -2,43 +2,34 @@
 
 from __future__ import annotations
 
-import math
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
-from cadfit.joining import join
 from cadfit.points.clean import LARGEST
-from cadfit.stages import Progress, portion, unheard
+from cadfit.stages import Progress, portion
 from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
 from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
-from cadfit.sweeping.frames import lifted
 from cadfit.sweeping.judging import tight_places, touching_parts
-from cadfit.sweeping.laws import Law as Law
-from cadfit.sweeping.laws import is_constant, is_number, largest, law_of, smallest
+from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
 from cadfit.sweeping.repair import united
 from cadfit.sweeping.rings import Rings, Short, placed
 from cadfit.sweeping.section import Section
-from cadfit.sweeping.selfintersection import Crossing, SelfIntersectionError, SelfIntersectionWarning
 from cadfit.sweeping.texture import ATTRIBUTE, dome_texture, wall_texture
 from cadfit.sweeping.volume import grown, volume
+from cadfit.sweeping.wanted import Caps, OnSelfIntersection, Wanted, path_of, positive
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-Caps = Literal["flat", "round", "none"]
-OnSelfIntersection = Literal["raise", "warn", "repair"]
-
-_FINEST = 64.0 * np.finfo(np.float64).eps  # of the largest coordinate: no tolerance can be finer
 _SHARE = 0.35  # of the tolerance for the profile's chords, and as much for those along the path
 _TWISTED = 0.15  # for twisted walls
 _GROWTH = 0.3  # for what makes the volume right; it takes back what chords cut off, or what they bulge
@@ -110,39 +101,6 @@ def sweep(
         flat_cap(loops)  # refuses holes that are not inside, on closed paths too
     section = Section(loops, [sizes] * len(loops), turns)
     return swept(along, section, up, wanted)
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """What is wanted of a sweep: see `sweep`. `what` is what messages call the reach."""
-
-    tolerance: float
-    caps: Caps
-    on_self_intersection: OnSelfIntersection
-    texture: bool = False
-    what: str = "reach"
-    progress: Progress = unheard
-
-    def check(self, path: BSpline, reach: float) -> None:
-        """Raise ValueError for choices there are not, and for a tolerance finer than the numbers are."""
-        for name, choices in (("caps", Caps), ("on_self_intersection", OnSelfIntersection)):
-            if getattr(self, name) not in get_args(choices):
-                known = ", ".join(get_args(choices))
-                raise ValueError(f"{name} must be one of {known}, not {getattr(self, name)!r}")
-        least = _FINEST * (float(np.abs(path.poles).max()) + reach)
-        if self.tolerance < least:
-            raise ValueError(
-                f"the tolerance {self.tolerance:g} is below what numbers of this size hold: {least:.3g} or more"
-            )
-
-    def tell(self, found: list[Crossing]) -> None:
-        """Raise or warn of crossings, or leave it to the repair."""
-        if not found or self.on_self_intersection == "repair":
-            return
-        line = found[0].said(self.what) + (f" (and {len(found) - 1} more)" if found[1:] else "")
-        if self.on_self_intersection == "raise":
-            raise SelfIntersectionError(found, line)
-        warnings.warn(SelfIntersectionWarning(line), stacklevel=4)
 
 
 def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted) -> Trimesh:
@@ -300,25 +258,3 @@ def _check_section(path: BSpline, section: Section) -> None:
 def _refuse_vanishing(law: BSpline) -> None:
     if not (low := smallest(law)) > 1.0 / LARGEST:
         raise ValueError(f"the profile must not vanish: its scale or radius comes down to {low:.6g}")
-
-
-def path_of(path: Any) -> BSpline:
-    """Return the path of a spline, a fit or several curves as one B-spline in three dimensions."""
-    if isinstance(path, (list, tuple)):
-        path = join(path)
-    elif hasattr(path, "curves"):
-        path = join(path.curves)
-    return lifted(path)
-
-
-def positive(value: Any, name: str) -> float:
-    """Return a number as a float; raises TypeError for what is none, ValueError unless it can be squared."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"the {name} must be a number, not {value!r}") from None
-    if not (math.isfinite(number) and number > 0.0):
-        raise ValueError(f"the {name} must be finite and above zero, not {number:g}")
-    if not 1.0 / LARGEST < number < LARGEST:  # squares and their products
-        raise ValueError(f"the {name} must be between {1.0 / LARGEST:g} and {LARGEST:g}, not {number:g}")
-    return number

@@ -23,7 +23,7 @@ _MOST_SAMPLES = 200_000
 _MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
 _ASKED = 500  # places that are asked how many others are near
 _PAIRS_AT_FIRST, _PAIRS_AT_ONCE = 1 << 1, 1 << 12
-_AT_ONCE = 1 << 20  # boxes that are compared in one go
+_AT_ONCE_AT_FIRST, _AT_ONCE = 1 << 13, 1 << 20  # boxes that are compared in one go
 _TIGHT = 0.5  # of 1 / reach: a step that bends more, between chords, may bend too tightly
 _CELL = 0.1  # of a reach, or twice that in radians: how much of the path a cell of walls has
 
@@ -202,15 +202,26 @@ def _cells_between(pairs: Array, s: Array, window: float) -> Ints:
 
 
 def _meeting(pieces: _Pieces, starts: Ints, cells: Ints, closed: bool) -> Ints:
-    """Return the pairs (p, 2) of pieces in pairs of cells that pass through each other."""
+    """Return pairs (p, 2) of pieces in pairs of cells that pass through each other: some of the nearest, where any do.
+
+    The nearest are compared first, few to begin with: in a tight bend nearly all do, and there are very many.
+    """
     low, high = np.minimum.reduceat(pieces.low, starts[:-1]), np.maximum.reduceat(pieces.high, starts[:-1])
     i, j = cells.T
     cells = cells[((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)]
-    counts = np.diff(starts)[cells]
-    many = np.cumsum(counts.prod(axis=1) * pieces.rings.shape[1])
-    parts = np.split(cells, np.searchsorted(many, np.arange(_AT_ONCE, many[-1:].sum(), _AT_ONCE)))
-    products = (_products(starts[part], np.diff(starts)[part]) for part in parts)
-    return np.concatenate([_meeting_pieces(pieces, pairs, closed) for pairs in products])
+    i, j = cells.T
+    cells = cells[np.argsort(np.linalg.norm(low[i] + high[i] - low[j] - high[j], axis=1), kind="stable")]
+    many = np.cumsum(np.diff(starts)[cells].prod(axis=1) * pieces.rings.shape[1])
+    first, most = 0, _AT_ONCE_AT_FIRST
+    while first < len(cells):
+        before = many[first - 1] if first else 0
+        last = max(int(np.searchsorted(many, before + most)), first + 1)
+        part = cells[first:last]
+        found = _meeting_pieces(pieces, _products(starts[part], np.diff(starts)[part]), closed)
+        if len(found):
+            return found
+        first, most = last, min(2 * most, _AT_ONCE)
+    return np.zeros((0, 2), dtype=np.intp)
 
 
 def _meeting_pieces(pieces: _Pieces, pairs: Ints, closed: bool) -> Ints:

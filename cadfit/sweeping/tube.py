@@ -18,8 +18,8 @@ from cadfit.sweeping.mesh import around, disc, sides_for
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.selfintersection import Crossing
 from cadfit.sweeping.stations import most_rings, stationed
-from cadfit.sweeping.sweep import Caps, OnSelfIntersection, Wanted, path_of, positive, swept
 from cadfit.sweeping.touching import near_parts, touching
+from cadfit.sweeping.wanted import Caps, OnSelfIntersection, Wanted, path_of, positive
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -72,6 +72,8 @@ def tube(
             mesh = _plain(along, radius, sides, wanted)
             if mesh is not None:
                 return mesh
+    from cadfit.sweeping.sweep import swept  # and a dozen modules more, which most tubes do without
+
     size = positive(largest(law_of(radius, along.domain, "radius", np.inf, at, along.closed)), "radius")
     tolerance = positive(size / 100.0 if tolerance is None else tolerance, "tolerance")
     wanted = Wanted(tolerance, caps, on_self_intersection, texture, "radius", told)
