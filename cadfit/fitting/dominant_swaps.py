@@ -19,6 +19,7 @@ from cadfit.stages import Progress, unheard
 
 _LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
 _REPORT = 1000  # swaps between two reports of progress
+_KNOWN = 1 << 18  # pieces whose errors are remembered: some 40 MB
 _FEW = 60  # points inside a piece that are summed in plain floats; with more, numpy's calls pay
 
 
@@ -111,6 +112,7 @@ class _Chain:
         free[indices] = (around[3:-3] == 0.0) | (around[2:-4] == 0.0)
         costs[indices] = drop_costs(columns, indices, closed, around)
         self.error = _floats(errors)
+        self.known: dict[tuple[int, int, int, int], float] = {}  # errors of pieces: half are asked for again
         self.free = _First(np.where(free, costs, np.inf)[order])  # of the ends of pieces without error; -inf: not known
         self.smallest = [(self.error[row], row) for row in np.flatnonzero(errors).tolist()]
         self.largest = [(-error, row) for error, row in self.smallest]
@@ -128,7 +130,7 @@ class _Chain:
         if largest == 0.0:
             return False
         right = self.after[left]
-        squares = self.squares(left)
+        squares = self.squares((self.before[left], left, right, self.after[right]))
         added = (left + 1 + squares.index(max(squares))) % self.n
         ends = self.smallest_ends()
         for row in self.walk(left, 2, 3):
@@ -202,18 +204,25 @@ class _Chain:
         return fall
 
     def piece_error(self, start: int) -> float:
+        piece = self.before[start], start, self.after[start], self.after[self.after[start]]
+        if (piece[2] - start) % self.n == 1:
+            return 0.0
+        known = self.known.get(piece)
+        if known is not None:
+            return known
         total = 0.0
-        for square in self.squares(start):  # not sum, which rounds in another way, and otherwise than the other code
+        for square in self.squares(piece):  # not sum, which rounds in another way, and otherwise than the other code
             total += square
+        if len(self.known) >= _KNOWN:
+            self.known.clear()
+        self.known[piece] = total
         return total
 
-    def squares(self, start: int) -> list[float]:
+    def squares(self, piece: tuple[int, int, int, int]) -> list[float]:
         """Return the squared distances of the points inside a piece."""
-        end = self.after[start]
-        inside = (end - start) % self.n - 1
+        inside = (piece[2] - piece[1]) % self.n - 1
         if inside < 1:
             return []
-        piece = self.before[start], start, end, self.after[end]
         if inside <= _FEW:
             return piece_squares(self.points, len(self.columns), *piece)
         found: list[float] = square_distances(self.columns, np.array([piece]), np.array([inside]))[1].tolist()
