@@ -490,6 +490,8 @@ def test_writing_that_fails_stops_no_other_file(run, waves):
 
 
 SEVERAL = {
+    "nowhere": (["-o", ""], "an output has no name: give a file, or a folder such as out/"),
+    "output twice": (["-o", "out/", "-o", "out/"], "out/: given twice as an output"),
     "to a file": (["-o", "a.json"], "a.json: several files need a folder to go to, such as out/"),
     "twice": (["a.csv", "-o", "out"], "a.csv: given twice"),
     "one name": (["old/a.csv", "-o", "out", "--format", "json"], "{old/a.csv} and a.csv would both be written to"),

@@ -21,6 +21,10 @@ def placed(sources: list[Path], outputs: list[str], formats: list[str] | None) -
     A folder is what is one, what ends with a slash, and for several sources what has no suffix. Files in it have the
     names of the sources and the suffixes of the formats.
     """
+    if "" in outputs:
+        raise Mistake("an output has no name: give a file, or a folder such as out/")
+    if twice := [each for k, each in enumerate(outputs) if each in outputs[:k]]:
+        raise Mistake(f"{twice[0]}: given twice as an output")
     folders = [Path(each) for each in outputs if _is_folder(each, len(sources) > 1)]
     if not folders:
         if len(sources) > 1:
