@@ -228,6 +228,15 @@ def test_a_straight_run_takes_four_poles():
         assert fit.spline.length() == pytest.approx(np.linalg.norm(points[-1] - points[0]))
 
 
+@pytest.mark.parametrize(("seed", "decades"), [(2, 2), (1, 3), (0, 5)])
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_a_straight_run_takes_four_poles_however_unevenly_it_is_given(seed, decades, effort):
+    along = np.cumsum(10 ** np.random.default_rng(seed).uniform(-decades, 0, 80))
+    points = along[:, None] * np.array([3.0, 4.0, 1.0]) / along[-1]
+    for tolerance in (1e-3, 1e-5, 1e-6):  # up to 86 poles, from samples taken for places where they are not
+        assert cadfit.fit(points, tolerance * np.sqrt(26.0), effort=effort).poles == 4
+
+
 def test_a_square_of_four_vertices_is_four_straight_edges():
     fit = cadfit.fit(turn(4), 1e-6, closed=True, between="polyline")
     assert [len(curve.poles) for curve in fit.curves] == [4] * 4

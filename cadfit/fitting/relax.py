@@ -163,7 +163,7 @@ def looping(trial: Trial) -> Ints:
 
 def watched(trial: Trial, chords: Ints, at: Array) -> Trial:
     """Return the trial with one more target on each of the chords (k,), at the places `at` (k,) in [0, 1]."""
-    goal, u, order = sampled(trial.goal, trial.u, chords, at)
+    goal, u, order = sampled(trial.goal, trial.u, chords, at, at)
     weights = np.concatenate([trial.weights, np.full(len(chords), trial.weights.mean())])[order]
     return measured(goal, trial.curve, u, weights)
 

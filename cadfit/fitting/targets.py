@@ -166,18 +166,28 @@ def with_samples(goal: Targets) -> Targets:
     counts = np.where(times > 3.0, np.maximum(0.5 * times, 3.0), np.where(bent, 3.0, 0.0)).astype(np.intp)
     chosen = np.repeat(np.arange(len(chord)), counts)
     within = np.arange(len(chosen)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return sampled(goal, goal.u, chosen, (within + 1.0) / (counts[chosen] + 1.0))[0]
+    at = (within + 1.0) / (counts[chosen] + 1.0)
+    straight = (goal.room == tolerance)[chosen]
+    return sampled(goal, goal.u, chosen, at, np.where(straight, _shares(goal.chain[chosen], at), at))[0]
 
 
-def sampled(goal: Targets, u: Array, chords: Ints, at: Array) -> tuple[Targets, Array, Ints]:
+def _shares(pieces: Array, at: Array) -> Array:
+    """Return how far along straight pieces (n, 4, d) their places at (n,) are: beside short ones they start slowly."""
+    places = bezier.evaluate(pieces, at)
+    before, after = (np.linalg.norm(places - pieces[:, end], axis=1) for end in (0, 3))
+    return np.asarray(before / (before + after))
+
+
+def sampled(goal: Targets, u: Array, chords: Ints, at: Array, share: Array) -> tuple[Targets, Array, Ints]:
     """Return the targets with more at places `at` (k,) in [0, 1] of chords (k,), the parameters with theirs, the order.
 
+    `share` (k,): where their parameters lie between those of the chords' ends, in [0, 1].
     The order (n + k,) is that in which old and new were merged.
     """
     ends = np.append(u[goal.data], u[0] + goal.period)
     tolerance = goal.allowed[0]
     places = bezier.evaluate(goal.chain[chords], at)
-    between = (1.0 - at) * ends[chords] + at * ends[chords + 1]
+    between = (1.0 - share) * ends[chords] + share * ends[chords + 1]
     room = tolerance + (goal.room[chords] - tolerance) / (2.0 * BULGE)
     u = np.concatenate([u, between])
     order = np.argsort(u, kind="stable")
