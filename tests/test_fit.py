@@ -340,6 +340,17 @@ def test_ends_have_the_tangents_asked_for():
     held(fit, type(OWN["leaf"])(points, False))
 
 
+def test_two_points_have_the_tangents_asked_for():
+    rng = np.random.default_rng(0)
+    for _ in range(100):  # without samples between the points the equations were empty, and poles became infinite
+        points, tangents = rng.normal(size=(2, 3)), rng.normal(size=(2, 3))
+        curve = cadfit.fit(points, 1e-4, effort="fast", end_tangents=tangents).spline
+        for leg, tangent in zip(
+            (curve.poles[1] - curve.poles[0], curve.poles[-1] - curve.poles[-2]), tangents, strict=True
+        ):
+            assert leg @ tangent == pytest.approx(np.linalg.norm(leg) * np.linalg.norm(tangent))
+
+
 def test_weights_draw_the_curve_nearer_and_the_tolerance_holds_for_all():
     rng = np.random.default_rng(1)
     points = turn(200, 10.0) + rng.uniform(-0.02, 0.02, (200, 2))

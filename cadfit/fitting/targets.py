@@ -153,8 +153,9 @@ def with_samples(goal: Targets) -> Targets:
     """Return the targets with lightly weighted samples of the chain where the points say too little.
 
     Those are three on a chord: where the chain bulges by over a quarter of the tolerance; of a polyline, where a chord
-    is longer than the tolerance. On a chord more than three times as long as a neighbour they are half as many as it
-    is times as long, or three: what joins short chords to a long straight one ends within the reach of the short ones.
+    is longer than the tolerance; and on an only chord. On a chord more than three times as long as a neighbour they are
+    half as many as it is times as long, or three: what joins short chords to a long straight one ends within the reach
+    of the short ones.
     """
     tolerance = goal.allowed[0]
     chord = np.linalg.norm(goal.chain[:, 3] - goal.chain[:, 0], axis=1)
@@ -162,6 +163,7 @@ def with_samples(goal: Targets) -> Targets:
     if not goal.closed:
         shorter[0], shorter[-1] = chord[min(1, len(chord) - 1)], chord[-2 % len(chord)]
     bent = chord > tolerance if goal.polyline else goal.room - tolerance > 0.25 * BULGE * tolerance
+    bent |= len(chord) == 1  # with given tangents: nothing else says where the poles between the ends lie
     times = np.minimum(chord, _MOST * shorter) / np.maximum(shorter, np.finfo(np.float64).tiny)
     counts = np.where(times > 3.0, np.maximum(0.5 * times, 3.0), np.where(bent, 3.0, 0.0)).astype(np.intp)
     chosen = np.repeat(np.arange(len(chord)), counts)
