@@ -235,6 +235,33 @@ def test_a_ribbon_that_turns_beside_a_bend_and_back():
     assert said_and_seen(lambda: sweep(path, ribbon, 0.1, twist=twist)) == (True, True)
 
 
+ANGLE = np.array([[0, 0], [0.5, 0], [0.5, 0.1], [0.1, 0.1], [0.1, 0.5], [0, 0.5]])
+ASIDE = np.array([[0.2, 0.2], [0.6, 0.2], [0.6, 0.4], [0.2, 0.4]])
+
+
+@pytest.mark.parametrize(
+    ("profile", "twist", "ends", "meets"),
+    [
+        (BAR, 8.0, [[-1.1, 0, 0], [0.45, 1.9, 0]], True),
+        (2 * BAR, 2.0, [[-1.3, 0, 0], [0.26, 1.97, 0]], True),
+        (4 * BAR, 8.0, [[-0.5, 0, 0], [0.47, 0.27, 0]], True),
+        (4 * ASIDE, -3.0, [[-2.2, 0, 0], [0.84, 1.54, 0]], True),
+        (BAR, 1.0, [[-2.2, 0, 0], [0.84, 1.54, 0]], False),
+        (ANGLE, 0.3, [[-0.8715, 0, 0], [-1.239, 2.2224, 0]], False),  # with no room to grow for its volume
+    ],
+)
+def test_a_twist_that_folds_the_walls_of_a_mitre(profile, twist, ends, meets):
+    """Within one wall, where a fibre that runs aslant leaves the slope of the mitre on its wrong side."""
+    path = polyline([ends[0], [0, 0, 0], ends[1]])
+    assert said_and_seen(lambda: sweep(path, profile, 0.05, twist=twist)) == (meets, meets)
+
+
+def test_a_fold_at_a_mitre_is_passed_by_where_there_is_room():
+    """Rings too near to the slope for a fibre aslant are left out, and the walls are whole."""
+    path = polyline([[-2, 0, 0], [0, 0, 0], [0.695, 0.8837, 0], [0.695, 0.8837, 2]])
+    assert said_and_seen(lambda: sweep(path, 0.5 * ASIDE, 0.005, twist=2.0)) == (False, False)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["bend", "corner"])
 def test_repaired_discs_do_not_cross(case):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cadfit.bezier import Array
+from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 
 SHARPEST = math.radians(150.0)  # a path that turns more than this turns back: a mitre would stick out 4 times the reach
@@ -77,12 +78,31 @@ def mitre(ring: Array, centre: Array, before: Array, after: Array) -> Array:
     return np.asarray(ring - np.outer((ring - centre) @ plane / (before @ plane), before))
 
 
-def overtaken(rings: Array, mitred: Array, tangents: Array) -> int:
+def overtaken(rings: Array, mitred: Array, tangents: Array, following: Ints) -> int:
     """Return how many rings (n, k, 3), counted from the corner, a mitre overtakes: those to leave out.
 
-    `mitred` (k, 3) is the corner's ring; `tangents` (n, 3) lead away from the corner. A ring is overtaken where one of
-    its points is not ahead of the mitre's. All n where none is clear: there is no room for the mitre.
+    `mitred` (k, 3) is the corner's ring; `tangents` (n, 3) lead away from the corner; `following` (k,) is as
+    in `loops_around`. All n where none is clear of the mitre: there is no room for it.
     """
-    size = float(np.abs(mitred - mitred.mean(axis=0)).max())
-    ahead = np.einsum("nkd,nd->nk", rings - mitred, tangents).min(axis=1) > 1e-9 * size
-    return int(np.argmax(ahead)) if ahead.any() else len(rings)
+    free = clear_of(mitred, rings, tangents, following)
+    return int(np.argmax(free)) if free.any() else len(rings)
+
+
+def clear_of(mitred: Array, rings: Array, tangents: Array, following: Ints) -> NDArray[np.bool_]:
+    """Return whether each ring (n, k, 3) is ahead of a mitre, and of its plane, and the wall to it without a fold.
+
+    The wall folds where a fibre that runs aslant, as with a twist, leaves the mitre's edge on the wrong side: within
+    the wall, that side is where the tangent points, less what of it runs along the edge.
+    """
+    middle = mitred.mean(axis=0)
+    size = float(np.abs(mitred - middle).max())
+    fibres, edges = rings - mitred, mitred[following] - mitred
+    plane = np.cross(mitred - middle, edges).sum(axis=0)
+    plane *= np.sign(plane @ tangents[0]) / np.linalg.norm(plane)
+    ahead = np.einsum("nkd,nd->nk", fibres, tangents)
+    free = np.minimum(ahead, (rings - middle) @ plane).min(axis=1) > 1e-9 * size
+    slopes, squares = tangents @ edges.T, np.square(edges).sum(axis=1)
+    for ends in (np.arange(len(following)), following):
+        along = np.einsum("nkd,kd->nk", fibres[:, ends], edges)
+        free &= (ahead[:, ends] * squares > along * slopes).all(axis=1)
+    return np.asarray(free)

@@ -7,19 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cadfit.bezier import Array, distance_to_segment
+from cadfit.bezier import Array, Ints, distance_to_segment
 from cadfit.bspline import BSpline
 from cadfit.sweeping.chain import chain
-from cadfit.sweeping.corners import mitre, overtaken, pivoted
+from cadfit.sweeping.corners import clear_of, mitre, overtaken, pivoted
 from cadfit.sweeping.course import Course
 from cadfit.sweeping.frames import Frames
 from cadfit.sweeping.laws import is_constant
 from cadfit.sweeping.mesh import swelling
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.stations import most_rings, station_parameters
+from cadfit.sweeping.touching import askew
+from cadfit.sweeping.triangles import loops_around, wall_meets_itself
 
 _ROUNDS = 12  # of looking at the chords and cutting those that stray
 _FEW = 24  # fibres that are looked at
+_HALVINGS = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +74,7 @@ def placed(course: Course, section: Section, tolerance: float) -> tuple[Rings, l
         larger = _swell(f, course.closed and not course.joints, section.reach, tolerance)
         points += (larger[:, None, None] - 1.0) * (points - f.origins[:, None])
         parts.append(Rings(points, u, f.lengths + course.started[k], f.origins, f.tangents, f.normals))
-    return _met(parts, course, tolerance)
+    return _met(parts, course, loops_around([len(loop) for loop in section.loops]), tolerance)
 
 
 def _stations(leg: BSpline, section: Section, tolerance: float) -> Array:
@@ -145,8 +148,11 @@ def _swell(f: Frames, closed: bool, reach: float, tolerance: float) -> Array:
     return np.sqrt(swelling(np.where(usable, lengths, 1.0), spans, closed, (1.0 + tolerance / reach) ** 2))
 
 
-def _met(parts: list[Rings], course: Course, tolerance: float) -> tuple[Rings, list[Short]]:
-    """Return the rings of the legs as one, made to meet at the corners, and the legs too short for that."""
+def _met(parts: list[Rings], course: Course, following: Ints, tolerance: float) -> tuple[Rings, list[Short]]:
+    """Return the rings of the legs as one, made to meet at the corners, and the legs too short for that.
+
+    `following` (k,) is that of `loops_around`.
+    """
     count = len(parts)
     mitres: list[list[Array | None]] = [[None, None] for _ in parts]
     turns: dict[int, Rings] = {}
@@ -164,7 +170,7 @@ def _met(parts: list[Rings], course: Course, tolerance: float) -> tuple[Rings, l
     out, short = [], []
     for k, part in enumerate(parts):
         first, last = mitres[k]
-        fitted, lacking = _fitted(part, first, last)
+        fitted, lacking = _fitted(part, first, last, following)
         if lacking is not None:
             short.append(lacking)
         shared = last is not None or (course.closed and k == count - 1 and not course.seam_is_corner)
@@ -184,21 +190,63 @@ class Short:
     factor: float
 
 
-def _fitted(part: Rings, first: Array | None, last: Array | None) -> tuple[Rings, Short | None]:
+def _fitted(part: Rings, first: Array | None, last: Array | None, following: Ints) -> tuple[Rings, Short | None]:
     """Return a leg between mitred ends (k, 3), without the rings these overtake, and what it lacks in length."""
     if first is None and last is None:
         return part, None
-    low = 0 if first is None else overtaken(part.points, first, part.tangents)
-    high = len(part) if last is None else len(part) - overtaken(part.points[::-1], last, -part.tangents[::-1])
-    low, high = max(low, 1), min(high, len(part) - 1)
+    low, high, fits = _kept(part, first, last, following)
     start = part.points[0] if first is None else first
     end = part.points[-1] if last is None else last
     ends = [part.rows(0, 1).with_points(0, start), part.rows(len(part) - 1, len(part)).with_points(0, end)]
     fitted = Rings.joined([ends[0], *([part.rows(low, high)] if low < high else []), ends[1]])
-    along = part.centres[-1] - part.centres[0]
-    room = (end - start) @ along
-    if low <= high and (room.min() > 0.0 or low < high):
+    if fits:
         return fitted, None
-    used = float((((start - part.centres[0]) - (end - part.centres[-1])) @ along).max())
-    factor = min(float(along @ along) / used, 1.0) if used > 0.0 else 0.0
+    factor = _largest_factor(part, first, last, following)
     return fitted, Short(float(part.parameters[0]), float(part.parameters[-1]), part.centres[0], factor)
+
+
+def _kept(part: Rings, first: Array | None, last: Array | None, following: Ints) -> tuple[int, int, bool]:
+    """Return the first of the rings between mitred ends that these leave, the one after them, and whether it fits."""
+    backward = part.points[::-1], -part.tangents[::-1]
+    low = 0 if first is None else overtaken(part.points, first, part.tangents, following)
+    high = len(part) if last is None else len(part) - overtaken(backward[0], last, backward[1], following)
+    low, high = max(low, 1), min(high, len(part) - 1)
+    if low > high:
+        return low, high, False
+    start = part.points[0] if first is None else first
+    end = part.points[-1] if last is None else last
+    walls = [(start, part.points[low])] * (first is not None) + [(part.points[high - 1], end)] * (last is not None)
+    if low == high:  # no ring between: the ends must be clear of each other
+        walls, there, back = [(start, end)], part.tangents[-1:], -part.tangents[:1]
+        if not (clear_of(start, end[None], there, following) & clear_of(end, start[None], back, following)).all():
+            return low, high, False
+    return low, high, not any(wall_meets_itself(here, there, following) for here, there in walls)
+
+
+def mitres_have_room(rings: Rings, following: Ints, closed: bool) -> bool:
+    """Return whether the walls beside all mitres advance and do not pass through themselves."""
+    mitred = askew(rings.points, rings.centres, rings.tangents)
+    after = np.roll(mitred, -1) if closed else np.append(mitred[1:], False)
+    for k in np.flatnonzero(mitred | after if closed else (mitred | after)[:-1]).tolist():
+        j = (k + 1) % len(rings)
+        way = rings.tangents[[j if mitred[k] and not mitred[j] else k]]  # a mitre has that of the leg after it
+        here, there = rings.points[k], rings.points[j]
+        free = clear_of(here, there[None], way, following) & clear_of(there, here[None], -way, following)
+        if not free.all() or wall_meets_itself(here, there, following):
+            return False
+    return True
+
+
+def _largest_factor(part: Rings, first: Array | None, last: Array | None, following: Ints) -> float:
+    """Return the largest factor on the profile, found by halving, with which a leg has room for its mitres."""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = 0.5 * (low + high)
+        points = part.centres[:, None] + share * (part.points - part.centres[:, None])
+        start, end = (
+            None if ring is None else part.centres[k] + share * (ring - part.centres[k])
+            for k, ring in ((0, first), (-1, last))
+        )
+        *_, fits = _kept(replace(part, points=points), start, end, following)
+        low, high = (share, high) if fits else (low, share)
+    return low

@@ -21,9 +21,10 @@ from cadfit.sweeping.judging import tight_places, touching_parts
 from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
 from cadfit.sweeping.repair import united
-from cadfit.sweeping.rings import Rings, Short, placed
+from cadfit.sweeping.rings import Rings, Short, mitres_have_room, placed
 from cadfit.sweeping.section import Section
 from cadfit.sweeping.texture import ATTRIBUTE, dome_texture, wall_texture
+from cadfit.sweeping.triangles import loops_around
 from cadfit.sweeping.volume import grown, volume
 from cadfit.sweeping.wanted import Caps, OnSelfIntersection, Wanted, path_of, positive
 
@@ -117,12 +118,15 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     course = course_of(path, joints, axis)
     section, rings, short = _untwisted(course, section, wanted.tolerance)
     wanted.progress(0.4)
-    lids = [] if path.closed else _lids(rings, section, wanted.caps, share)
-    ends = [np.concatenate([rings.points[k], over])[faces] for k, (over, faces) in zip((0, -1), lids, strict=False)]
     varies = not (section.constant and (course.steady or section.outside > 1.0))  # a circle may turn
-    cusps, ends = corners[angles > SHARPEST], ends or [np.empty((0, 3, 3))] * 2
+    cusps = corners[angles > SHARPEST]
     repairs = wanted.on_self_intersection == "repair"
     found = tight_places(path, whole, cusps, rings, section, short)
+    if not found:  # what touches is looked for in the mesh as it will be
+        rings = _grown(rings, section, course, wanted.tolerance)
+    lids = [] if path.closed else _lids(rings, section, wanted.caps, share)
+    ends = [np.concatenate([rings.points[k], over])[faces] for k, (over, faces) in zip((0, -1), lids, strict=False)]
+    ends = ends or [np.empty((0, 3, 3))] * 2
     if not (found and repairs):  # beside what is too tight nothing needs to be said twice
         found += touching_parts(path, rings, ends, section, varies and not found)
     wanted.tell(found)
@@ -130,9 +134,7 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     if short:  # where a mitre has no room, the profile turns on the spot
         course = course_of(path, _without(joints, short, path), axis)
         rings, _ = placed(course, section, share)
-    if not found:
-        rings = _grown(rings, section, course, wanted.tolerance)
-    elif repairs:
+    if found and repairs:
         if wanted.caps == "none" and not path.closed:
             raise ValueError("a sweep without caps encloses nothing that could be repaired")
         loops = section.parted(section.at(np.array(path.domain[:1]))[0])
@@ -157,13 +159,17 @@ def _without(joints: list[Joint], short: list[Short], path: BSpline) -> list[Joi
 
 
 def _grown(rings: Rings, section: Section, course: Course, tolerance: float) -> Rings:
-    """Return the rings a little larger or smaller, so that the volume is the exact one."""
+    """Return the rings a little larger or smaller, so that the volume is exact, where mitres have room for it."""
     _, faces = _surface(
         rings, section, course.closed, [] if course.closed else _lids(rings, section, "flat", tolerance)
     )
     most = _GROWTH * tolerance / (section.outside * section.reach)
     exact = volume(course, section, rings.parameters)
-    return replace(rings, points=grown(rings.points, rings.centres, faces, exact, most))
+    larger = replace(rings, points=grown(rings.points, rings.centres, faces, exact, most))
+    if np.abs(larger.points - rings.points).max() <= 1e-9 * section.reach:
+        return larger
+    fits = mitres_have_room(larger, loops_around([len(loop) for loop in section.loops]), course.closed)
+    return larger if fits else rings
 
 
 def _untwisted(course: Course, section: Section, tolerance: float) -> tuple[Section, Rings, list[Short]]:

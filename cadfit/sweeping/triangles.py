@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,51 @@ def crossing(first: Array, second: Array) -> Ints:
         found[rows] = _pierced(first[rows], second[rows])
         found[rows] |= _pierced(second[rows], first[rows])
     return np.flatnonzero(found)
+
+
+def wall_meets_itself(first: Array, second: Array, following: Ints) -> bool:
+    """Return whether the wall between two rings (k, 3) passes through itself; `following` (k,) as in `loops_around`.
+
+    Of triangles that share no corner two must pass through each other: where a fold begins at a corner that two share,
+    it ends among others. A wall whose fibres are parallel does not, as its rings do not.
+
+    >>> square = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+    >>> wall_meets_itself(square, np.roll(square, 2, axis=0) + [0.3, 0.1, 1], loops_around([4]))
+    True
+    """
+    fibres = second - first
+    size = float(np.ptp(first, axis=0).max())
+    middle = fibres[np.square(fibres).sum(axis=1).argmax()]
+    if np.abs(np.cross(fibres, middle)).max() <= 1e-9 * size * float(np.linalg.norm(middle)):
+        return False
+    here, k = np.arange(len(first)), len(first)
+    corners = np.concatenate(
+        [np.column_stack([here, following, following + k]), np.column_stack([here, following + k, here + k])]
+    )
+    triangles = np.concatenate([first, second])[corners]
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    rows = max(1, _CHUNK // len(triangles))
+    for start in range(0, len(triangles), rows):
+        near = np.ones((len(low[start : start + rows]), len(low)), dtype=bool)
+        for axis in range(3):
+            near &= low[start : start + rows, None, axis] <= high[:, axis]
+            near &= low[:, axis] <= high[start : start + rows, None, axis]
+        i, j = np.nonzero(near)
+        i += start
+        apart = (i < j) & (corners[i][:, :, None] != corners[j][:, None, :]).all(axis=(1, 2))
+        if len(crossing(triangles[i[apart]], triangles[j[apart]])):
+            return True
+    return False
+
+
+def loops_around(sizes: Sequence[int]) -> Ints:
+    """Return for the corners of loops of so many corners, one loop after the other, the number of the one that follows.
+
+    >>> loops_around([3, 4]).tolist()
+    [1, 2, 0, 4, 5, 6, 3]
+    """
+    starts = np.cumsum(sizes) - sizes
+    return np.concatenate([start + np.roll(np.arange(n), -1) for start, n in zip(starts, sizes, strict=True)])
 
 
 def _pierced(edges: Array, faces: Array) -> NDArray[np.bool_]:
