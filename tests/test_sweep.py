@@ -494,3 +494,10 @@ def test_turns_of_a_coil_that_touch_are_reported():
 def test_a_profile_of_points_is_told_to_use_of():
     with pytest.raises(TypeError, match=r"hole 0 must be a cadfit.BSpline, not list; Profile\.of takes polygons"):
         Profile(Profile.of([[0, 0], [4, 0], [0, 4]]).outline, ([[1, 1], [2, 1], [1, 2]],))
+
+
+def test_a_twist_that_is_no_number_is_named():
+    with pytest.raises(TypeError, match="the twist must be a number, not 'x'"):
+        sweep(BEND, BAR, twist="x")
+    with pytest.raises(ValueError, match=r"the twist must be finite, not nan$"):
+        sweep(BEND, BAR, twist=np.nan)

@@ -93,7 +93,8 @@ def sweep(
     sizes = law_of(scale, along.domain, "scale", 0.1 * relative, at, along.closed)
     _refuse_vanishing(sizes)
     if is_number(twist):
-        twist = np.array([[along.domain[0], 0.0], [along.domain[1], twist]], dtype=np.float64)
+        whole = law_of(twist, along.domain, "twist", np.inf).poles[0, 0]  # named where it is no number
+        twist = np.array([[along.domain[0], 0.0], [along.domain[1], whole]])
     turns = law_of(twist, along.domain, "twist", 0.1 * relative, at, along.closed)
     wanted = Wanted(tolerance, caps, on_self_intersection, texture, progress=portion(progress, 0.0, 1.0))
     wanted.check(along, shape.reach * largest(sizes))  # before a profile is cut into no end of sides
