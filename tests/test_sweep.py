@@ -501,3 +501,8 @@ def test_a_twist_that_is_no_number_is_named():
         sweep(BEND, BAR, twist="x")
     with pytest.raises(ValueError, match=r"the twist must be finite, not nan$"):
         sweep(BEND, BAR, twist=np.nan)
+
+
+def test_no_values_of_a_scale_are_named():
+    with pytest.raises(ValueError, match="no values of the scale are given"):
+        sweep(BEND, BAR, scale=np.empty((0, 2)))

@@ -126,6 +126,8 @@ def _through(values: Array, domain: tuple[float, float], name: str, at: Array | 
         )
     if len(at) != len(values):
         raise ValueError(f"{len(values)} values of the {name} for {len(at)} points")
+    if not len(values):
+        raise ValueError(f"no values of the {name} are given")
     low, high = domain
     order = np.argsort(at, kind="stable")
     at, values = at[order], values[order]
