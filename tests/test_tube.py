@@ -397,6 +397,17 @@ def test_faces_join_every_ring_once():
         assert faces.max() == rings * sides - 1
 
 
+@pytest.mark.parametrize("exponent", [-56, -50, -20, 50])
+def test_the_size_of_a_path_changes_nothing_but_size(exponent):
+    """Down to the smallest there may be: where the bounds of bends drown in a guard against zero, no search ends."""
+    path, radius = PATHS["vertical S"]
+    scale = 10.0**exponent
+    small = path.transformed(scale * np.eye(3))
+    np.testing.assert_allclose(scale * chain(small).curvatures, chain(path).curvatures, rtol=1e-9)
+    mesh, tiny = tube(path, radius), tube(small, scale * radius)
+    np.testing.assert_allclose(tiny.vertices / scale, mesh.vertices, rtol=0, atol=1e-9)
+
+
 @pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-3, 1.0, 1e4]), closed=st.booleans())

@@ -171,7 +171,7 @@ def _bounded(origins: Array, legs: Array, starts: Array, widths: Array) -> Chain
     crossed[::2] *= 2.0
     turning = np.sqrt(_dots(crossed, crossed).max(axis=0))
     along = _dots(legs, legs.sum(axis=0))
-    slowest = along.min(axis=0) / np.sqrt(along.sum(axis=0) + _TINY)
+    slowest = along.min(axis=0) / np.sqrt(along.sum(axis=0) + _TINY * _TINY)  # a sum of squares
     speeds = np.maximum(slowest, 1e-3 * longest + _TINY)
     curvatures = turning / (3.0 * speeds * speeds * speeds)
     slow = slowest <= 1e-3 * longest
