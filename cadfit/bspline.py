@@ -236,7 +236,10 @@ class BSpline:
         matrix = np.asarray(matrix, dtype=np.float64)
         if matrix.ndim != 2 or matrix.shape[1] != self.poles.shape[1]:
             raise ValueError(f"the matrix must have the shape (k, {self.poles.shape[1]}), not {matrix.shape}")
-        return BSpline(self.poles @ matrix.T + np.asarray(offset, dtype=np.float64), self.knots)
+        offset = np.asarray(offset, dtype=np.float64)
+        if offset.shape not in ((), (len(matrix),)):  # numpy would stretch the poles to it
+            raise ValueError(f"the offset must be a number or have the shape ({len(matrix)},), not {offset.shape}")
+        return BSpline(self.poles @ matrix.T + offset, self.knots)
 
     def length(self, accuracy: float = 1e-9, progress: Progress | None = None) -> float:
         """Return the arc length, with an estimated relative error of at most `accuracy` (see `bezier.lengths`).
@@ -313,12 +316,16 @@ class BSpline:
 
 
 def _frozen(values: ArrayLike, name: str) -> Array:
-    if isinstance(values, np.ndarray) and values.dtype == np.float64 and values.base is None:
+    if type(values) is np.ndarray and values.dtype == np.float64 and values.base is None:  # a np.matrix stays 2D
         array = values if not values.flags.writeable else values.copy()  # read-only and its own: nothing to copy
     else:
+        if isinstance(values, np.ndarray) and np.iscomplexobj(values):  # numpy would drop the imaginary parts
+            raise ValueError(f"{name} must be real numbers, not complex ones")
+        if np.ma.is_masked(values):  # numpy would take what is under the mask
+            raise ValueError(f"{name} are masked in part: leave such rows out, or fill them")
         try:
             array = np.array(values, dtype=np.float64)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
     if not all(np.isfinite(rows).all() for rows in _in_blocks(np.atleast_1d(array), 0)):
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])

@@ -463,6 +463,10 @@ FLAT = [[0, 0], [1, 0], [2, 0], [3, 0]]
         (np.zeros((4, 2, 2)), LINE_KNOTS, r"poles must have the shape .* not \(4, 2, 2\)"),
         ([[0, 0], [1], [2, 0], [3, 0]], LINE_KNOTS, "poles must be numbers in a regular array"),
         ([[0, "x"], [1, 0], [2, 0], [3, 0]], LINE_KNOTS, "poles must be numbers in a regular array.*x"),
+        ([[0, 10**400], [1, 0], [2, 0], [3, 0]], LINE_KNOTS, "poles must be numbers in a regular array.*too large"),
+        (np.array(FLAT) + 1j, LINE_KNOTS, "poles must be real numbers, not complex ones"),
+        (FLAT, np.array(LINE_KNOTS) + 0j, "knots must be real numbers, not complex ones"),
+        (np.ma.masked_equal(FLAT, 3), LINE_KNOTS, "poles are masked in part"),
         ([[0, 0], [1, np.nan], [2, 0], [3, 0]], LINE_KNOTS, r"poles must be finite: entry \(1, 1\) is nan"),
         (FLAT, [0, 0, 0, 0, 1, 1, 1, np.inf], r"knots must be finite: entry \(7,\) is inf"),
         (FLAT, LINE_KNOTS[1:], r"4 poles need 8 knots \(full vector\), not \(7,\)"),
@@ -478,6 +482,16 @@ FLAT = [[0, 0], [1, 0], [2, 0], [3, 0]]
 def test_bad_poles_and_knots_are_named(poles, knots, says):
     with pytest.raises(ValueError, match=says):
         BSpline(poles, knots)
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
+@pytest.mark.parametrize("kind", [np.matrix, np.ma.array])
+def test_other_kinds_of_arrays_become_plain_ones(kind):
+    poles = [[0.0, 0.0], [1.0, 2.0], [2.0, -1.0], [3.0, 0.0]]
+    spline = BSpline(kind(np.array(poles)), LINE_KNOTS)
+    assert type(spline.poles) is np.ndarray
+    assert spline.isclose(BSpline(poles, LINE_KNOTS), 0.0)
+    assert spline.split(0.5)[1].length() > 0.0
 
 
 @pytest.mark.parametrize(
@@ -499,6 +513,9 @@ def test_bad_poles_and_knots_are_named(poles, knots, says):
         (lambda s: s.transformed(np.eye(2)), r"matrix must have the shape \(k, 3\), not \(2, 2\)"),
         (lambda s: s.transformed([1.0, 2.0, 3.0]), r"matrix must have the shape \(k, 3\), not \(3,\)"),
         (lambda s: s.transformed(np.full((3, 3), np.nan)), "poles must be finite"),
+        (lambda s: s.transformed(np.eye(3)[:1], [1, 2, 3]), r"offset must be a number or have .* \(1,\), not \(3,\)"),
+        (lambda s: s.transformed(np.eye(3), [1, 2]), r"offset must be a number or have .* \(3,\), not \(2,\)"),
+        (lambda s: s.transformed(np.eye(3), np.ones(s.poles.shape)), r"offset must be a number or have the shape"),
         (lambda s: s.nearest([1.0, 2.0]), r"points must have the shape \(..., 3\), not \(2,\)"),
         (lambda s: s.nearest(1.0), r"points must have the shape \(..., 3\), not \(\)"),
         (lambda s: s.nearest([1.0, 2.0, np.inf]), "points must be finite"),
