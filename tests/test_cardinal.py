@@ -308,6 +308,7 @@ def test_c2_of_a_smooth_chain_passes_its_joints_straight(chain):
         (np.zeros((0, 4, 2)), r"pieces must have the shape \(m, 4, d\), not \(0, 4, 2\)"),
         (np.zeros((4, 2)), r"pieces must have the shape \(m, 4, d\), not \(4, 2\)"),
         (np.zeros((1, 3, 2)), r"pieces must have the shape \(m, 4, d\), not \(1, 3, 2\)"),
+        (np.zeros((1, 4, 0)), r"pieces must have the shape \(m, 4, d\), not \(1, 4, 0\)"),
         (np.full((2, 4, 2), np.nan), "poles must be finite"),
     ],
 )

@@ -113,6 +113,10 @@ def changed(piece, pole, axis, by):
         ([GOOD[:, :3]], 0, r"plane 0 must have the shape \(m, 4, 2\) like plane 0, not \(2, 3, 2\)"),
         ([GOOD, np.zeros((2, 4, 3))], 0, r"plane 1 must have the shape .* not \(2, 4, 3\)"),
         ([GOOD, changed(1, 3, 0, 1e-9)], 0, "piece 1 of plane 1 ends elsewhere on the common axis than in plane 0"),
+        ([GOOD, changed(1, 2, 1, np.nan)], 0, r"piece 1 of plane 1 is not finite: \[\[.*nan"),
+        ([changed(0, 0, 0, np.inf), GOOD], 0, "piece 0 of plane 0 is not finite"),
+        ([GOOD, GOOD], 0.5, "common_axis must be from 0 to 2, not 0.5"),
+        ([GOOD, GOOD], "x", "common_axis must be from 0 to 2, not x"),
         ([GOOD, GOOD], 3, "common_axis must be from 0 to 2, not 3"),
         ([GOOD, GOOD], -1, "common_axis must be from 0 to 2, not -1"),
         ([GOOD, changed(1, 1, 0, -1)], 0, "plane 1, piece 1: the handle of pole 0 stands still .* all planes is 0.5"),
@@ -197,9 +201,16 @@ def test_tensions_that_cancel_give_handles_of_no_length(tensions):
         (np.eye(3), np.inf, 0, "2 planes need one finite tension"),
         (np.eye(3), [0.0, 0.5], 0, r"a plane of tension 0 has no direction .* \[0.0, 0.5\]"),
         (np.eye(3), 0.5, 3, "common_axis must be from 0 to 2, not 3"),
+        (np.eye(3), 0.5, 0.5, "common_axis must be from 0 to 2, not 0.5"),
         (np.eye(3), 0.5, -1, "common_axis must be from 0 to 2, not -1"),
     ],
 )
 def test_bad_planes_are_named(points, tensions, axis, says):
     with pytest.raises(ValueError, match=says):
         fit_planes(points, tensions, axis)
+
+
+@pytest.mark.parametrize("axis", [1.0, True, np.int8(1)])
+def test_an_axis_is_a_number_whatever_its_type(axis):
+    points = np.random.default_rng(0).normal(size=(5, 3))
+    assert fit_planes(points, [0.2, 0.6], axis).isclose(fit_planes(points, [0.2, 0.6], 1), 0.0)

@@ -191,7 +191,7 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
 def _chain(pieces: ArrayLike) -> Array:
     """Return a chain of Bézier pieces, checked."""
     pieces = np.asarray(pieces, dtype=np.float64)
-    if pieces.ndim != 3 or pieces.shape[1] != 4 or len(pieces) == 0:
+    if pieces.ndim != 3 or pieces.shape[1] != 4 or pieces.size == 0:
         raise ValueError(f"pieces must have the shape (m, 4, d), not {pieces.shape}")
     gaps = np.abs(pieces[1:, 0] - pieces[:-1, 3]).max(axis=1, initial=0.0)
     if np.any(gaps > _rounding(pieces)):

@@ -46,7 +46,7 @@ def fit_planes(
     d = points.shape[1]
     if d < 2:
         raise ValueError("planar fits need points in at least 2 dimensions")
-    others = _other_axes(d, common_axis)
+    common_axis, others = _axes(d, common_axis)
     taus = np.asarray(tensions, dtype=np.float64)
     taus = np.full(d - 1, taus) if taus.ndim == 0 else taus
     if taus.shape != (d - 1,) or not np.isfinite(taus).all():
@@ -73,9 +73,9 @@ def merge_planes(planes: Sequence[ArrayLike], common_axis: int = 0) -> Array:
     all e_i, the merged handle has p on the common axis and f_i p / e_i on the plane's own: the direction in each plane
     is kept, the length shared. Where all e_i are zero the handles are kept as they are.
 
-    Raises ValueError for wrong shapes, ends that disagree on the common axis (beyond 1e-12 of the largest coordinate),
-    and where one e_i is zero and p is not, as no handle of length p has that direction (`fit_planes`, which knows its
-    tensions, has no such case). Source: the paper, section 2.9.
+    Raises ValueError for wrong shapes, what is not finite, ends that disagree on the common axis (beyond 1e-12 of the
+    largest coordinate), and where one e_i is zero and p is not, as no handle of length p has that direction
+    (`fit_planes`, which knows its tensions, has no such case). Source: the paper, section 2.9.
 
     >>> steep = [[[0, 0], [1, 2], [2, 2], [3, 0]]]
     >>> wide = [[[0, 0], [3, 3], [2, 0], [3, 0]]]
@@ -91,13 +91,16 @@ def merge_planes(planes: Sequence[ArrayLike], common_axis: int = 0) -> Array:
     for i, chain in enumerate(chains):
         if chain.ndim != 3 or chain.shape[1:] != (4, 2) or chain.shape != chains[0].shape:
             raise ValueError(f"plane {i} must have the shape (m, 4, 2) like plane 0, not {chain.shape}")
+        if not np.isfinite(chain).all():
+            piece = int(np.argwhere(~np.isfinite(chain))[0, 0])
+            raise ValueError(f"piece {piece} of plane {i} is not finite: {chain[piece].tolist()}")
     rounding = 1e-12 * max(float(np.abs(chain).max(initial=0.0)) for chain in chains)
     for i, chain in enumerate(chains):
         apart = np.abs(chain[:, [0, 3], 0] - chains[0][:, [0, 3], 0]).max(axis=1, initial=0.0)
         if np.any(apart > rounding):
             piece = int(np.argmax(apart > rounding))
             raise ValueError(f"piece {piece} of plane {i} ends elsewhere on the common axis than in plane 0")
-    others = _other_axes(len(chains) + 1, common_axis)
+    common_axis, others = _axes(len(chains) + 1, common_axis)
     along = np.stack([_handles(chain)[:, :, 0] for chain in chains])  # e_i: (planes, m, 2)
     mean = along.mean(axis=0)
     lost = (along == 0) & (mean != 0)
@@ -111,10 +114,11 @@ def merge_planes(planes: Sequence[ArrayLike], common_axis: int = 0) -> Array:
     return _merge(chains, others, common_axis, ratios)
 
 
-def _other_axes(d: int, common_axis: int) -> list[int]:
-    if not 0 <= common_axis < d:
+def _axes(d: int, common_axis: int) -> tuple[int, list[int]]:
+    """Return the common axis, checked, and the others."""
+    if common_axis not in range(d):
         raise ValueError(f"common_axis must be from 0 to {d - 1}, not {common_axis}")
-    return [axis for axis in range(d) if axis != common_axis]
+    return int(common_axis), [axis for axis in range(d) if axis != common_axis]
 
 
 def _handles(chain: Array) -> Array:
