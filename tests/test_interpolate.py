@@ -91,7 +91,7 @@ def test_real_points_are_interpolated_by_definition(shape):
 
 
 @each
-@pytest.mark.parametrize("length", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("length", [1e-300, 1e-9, 1.0, 1e9, 1e300])
 def test_end_tangents_give_directions_of_any_length_at_the_chords_speed(parametrization, length):
     points = OWN["hook"].points
     u = parametrize(points, parametrization)

@@ -6,6 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cadfit import cardinal_pieces, cardinal_spline, clean, fit_planes, interpolate, local_spline, parametrize
+from cadfit.fitting.dominant import turn_angles
 from cadfit.points.clean import as_contour
 
 from corpus_data import point_rows, rotation, shapes
@@ -133,6 +134,31 @@ def test_a_closed_curve_needs_three_points(fit, points):
 def test_equal_neighbours_are_named_where_spacing_counts(fit, points, closed, says):
     with pytest.raises(ValueError, match=says):
         fit(points, closed=closed)
+
+
+@pytest.mark.parametrize("fit", [parametrize, local_spline, interpolate, turn_angles])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("scale", [1e-300, 1e-155, 1e153, 1e300, 4e307])
+def test_points_too_small_or_large_to_square_are_told_so(fit, closed, scale):
+    with pytest.raises(ValueError, match=r"size must be between 1e-150 and 1e\+150, and it is .*: scale them"):
+        fit(scale * np.array([(0, 0), (1, 2), (3, 1), (4, 4)]), closed=closed)
+
+
+@pytest.mark.parametrize("scale", [1e-149, 1e149])
+def test_points_of_any_other_size_are_the_same(scale):
+    points = np.random.default_rng(2).normal(size=(20, 2))
+    for fit in (local_spline, interpolate):
+        np.testing.assert_allclose(fit(scale * points).poles / scale, fit(points).poles, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(turn_angles(scale * points), turn_angles(points), rtol=0, atol=1e-12)
+
+
+def test_neighbours_too_near_to_square_are_as_near_as_others_with_uniform_parameters():
+    points = np.array([(2, 0), (0, 0), (1e-200, 0), (-1, 2)])
+    assert parametrize(points, "uniform")[1:3] == pytest.approx(
+        parametrize(points, "uniform")[-1] * np.array([1, 2]) / 3
+    )
+    with pytest.raises(ValueError, match=r"rows 1 and 2 of the points are .* apart, too near"):
+        parametrize(points, "chord")
 
 
 def test_results_do_not_change_with_the_callers_array():

@@ -19,7 +19,7 @@ from cadfit.bspline import own
 from cadfit.fitting.dominant_best import improved, thinned
 from cadfit.fitting.dominant_pieces import chain_error, handles, pieces_of
 from cadfit.fitting.dominant_swaps import swapped
-from cadfit.points.clean import as_contour
+from cadfit.points.clean import as_contour, check_squares
 from cadfit.stages import Progress, portion, rising
 
 Method = Literal["best", "paper"]
@@ -63,8 +63,8 @@ def dominant_points(
     never above the paper's for the same count, and most often far below. `progress` is called with the part that is
     done, from 0 to 1, as far as can be told; raising from it stops the search.
 
-    Raises ValueError for bad points (naming the row), and for a count, fraction or square error out of range.
-    Source: the paper, sections 2.4 to 2.7; "best" is ours (`dominant_best`).
+    Raises ValueError for bad points (naming the row), too small or too large to square, and for a count, fraction or
+    square error out of range. Source: the paper, sections 2.4 to 2.7; "best" is ours (`dominant_best`).
 
     >>> t = np.linspace(0, 3, 40)
     >>> found = dominant_points(np.column_stack([t, np.sin(t * t)]), fraction=0.5)
@@ -73,7 +73,7 @@ def dominant_points(
     """
     if method not in get_args(Method):
         raise ValueError(f"method must be one of {get_args(Method)}, not {method!r}")
-    given = as_contour(points, closed)
+    given = _given(points, closed)
     choose = _choose_paper if method == "paper" else _choose_best
     heard = rising(progress)
     wanted = _count(len(given), count, fraction, square_error, closed)
@@ -100,7 +100,7 @@ def turn_angles(points: ArrayLike, closed: bool = False) -> Array:
     >>> turn_angles([(0, 0), (1, 0), (1, 1), (1, 0)]).round(4)
     array([0.    , 1.5708, 3.1416, 0.    ])
     """
-    given = as_contour(points, closed)
+    given = _given(points, closed)
     before, after = np.roll(given, 1, axis=0), np.roll(given, -1, axis=0)
     if not closed:
         before[0], after[-1] = given[0], given[-1]
@@ -128,7 +128,7 @@ def square_error(points: ArrayLike, indices: ArrayLike, closed: bool = False) ->
     >>> square_error([(0, 0), (1, 1), (2, 0)], [0, 2])
     1.0
     """
-    given = as_contour(points, closed)
+    given = _given(points, closed)
     return chain_error(_columns(given), _rows(given, indices, closed), closed)
 
 
@@ -145,7 +145,7 @@ def initial_dominant_points(points: ArrayLike, count: int, closed: bool = False)
     >>> initial_dominant_points([(0, 0), (1, 0), (2, 0), (3, 0), (3, 1), (3, 2), (3, 3)], 5)
     array([0, 2, 3, 4, 6])
     """
-    given = as_contour(points, closed)
+    given = _given(points, closed)
     n = len(given)
     count = _checked_count(n, count, closed)
     order = np.argsort(-turn_angles(given, closed), kind="stable")
@@ -173,10 +173,17 @@ def refine_dominant_points(points: ArrayLike, indices: ArrayLike, closed: bool =
     >>> indices, errors.round(4)
     (array([0, 2, 3, 5]), array([1.0233, 0.2752]))
     """
-    given = as_contour(points, closed)
+    given = _given(points, closed)
     rows = _rows(given, indices, closed)
     found, history = swapped(_columns(given), rows, turn_angles(given, closed), closed)
     return found, np.asarray(history)
+
+
+def _given(points: ArrayLike, closed: bool) -> Array:
+    """Return the points checked: below the size that can be squared, all turn angles and errors would be 0."""
+    given = as_contour(points, closed)
+    check_squares(given)
+    return given
 
 
 def _columns(points: Array) -> Array:

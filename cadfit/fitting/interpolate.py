@@ -65,9 +65,11 @@ def _end_velocities(points: Array, u: Array, end_tangents: ArrayLike) -> Array:
     directions = np.asarray(end_tangents, dtype=np.float64)
     if directions.shape != (2, points.shape[1]) or not np.isfinite(directions).all():
         raise ValueError(f"end_tangents must be two finite directions, shape (2, {points.shape[1]})")
-    sizes = np.linalg.norm(directions, axis=1)
-    if np.any(sizes == 0):
+    largest = np.abs(directions).max(axis=1, keepdims=True)
+    if not largest.all():
         raise ValueError(f"end_tangents must not be zero: {directions.tolist()}")
+    directions = directions / largest  # of any length: squares would be zero, or no numbers
+    sizes = np.linalg.norm(directions, axis=1)
     chords = np.linalg.norm([points[1] - points[0], points[-1] - points[-2]], axis=1)
     speeds = chords / np.array([u[1] - u[0], u[-1] - u[-2]])
     return np.asarray(directions * (speeds / sizes)[:, None])

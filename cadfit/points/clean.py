@@ -12,6 +12,7 @@ from cadfit.bezier import Array, Ints
 
 LARGEST = 1e60
 """Coordinates are below this: fifth powers of lengths are computed."""
+_SQUARED = 1e150  # lengths that are squared, and no more, are below this and above one over it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,6 +127,21 @@ def check_largest(points: Array) -> None:
     largest = float(np.abs(points).max())
     if not largest < LARGEST:
         raise ValueError(f"coordinates must be below {LARGEST:g}, and one is {largest:.3g}: scale them")
+
+
+def check_squares(points: Array) -> None:
+    """Raise ValueError for points whose distances float64 cannot square; points that are all equal have none.
+
+    >>> check_squares(np.array([[0.0, 0.0], [1e-200, 0.0]]))
+    Traceback (most recent call last):
+    ValueError: the points' size must be between 1e-150 and 1e+150, and it is 1e-200: scale them
+    """
+    with np.errstate(over="ignore"):
+        size = float(np.max(points.max(axis=0) - points.min(axis=0)))
+    if size and not 1.0 / _SQUARED < size < _SQUARED:
+        raise ValueError(
+            f"the points' size must be between {1.0 / _SQUARED:g} and {_SQUARED:g}, and it is {size:.3g}: scale them"
+        )
 
 
 def _up_to_three(points: Array) -> int:

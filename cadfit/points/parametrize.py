@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
-from cadfit.points.clean import as_points
+from cadfit.points.clean import as_points, check_squares
 
 Parametrization = Literal["uniform", "centripetal", "chord"]
 
 _BLOCK = 1 << 13  # points: their steps stay in the cache, and take no fresh memory
 _LEAST = 8.0  # roundings of a parameter: between the next two, a spline may have two more knots
+_SHORT, _LONG = 1e-150, 1e150  # chords beyond are looked at closely: their squares are rounded, or no numbers
 _STEP: dict[str, Callable[[Array], Array]] = {"uniform": np.ones_like, "centripetal": np.sqrt, "chord": np.asarray}
 
 
@@ -26,7 +27,7 @@ def parametrize(points: ArrayLike, parametrization: Parametrization = "centripet
     speeds are near 1, which is what kernels with absolute parametric tolerances expect.
 
     Raises ValueError for an unknown parametrization, and where two neighbours are equal (`clean` drops repeats) or so
-    near each other that float64 cannot tell their parameters apart.
+    near each other that float64 cannot tell their parameters apart, and for points too small or too large to square.
     Source: Lee, Choosing nodes in parametric curve interpolation, CAD 21(6), 1989.
 
     >>> parametrize([[0, 0], [4, 0], [4, 9]], "centripetal").round(3)
@@ -42,15 +43,14 @@ def parameters_of(points: Array, parametrization: Parametrization, closed: bool)
     if closed:
         points = np.concatenate([points, points[:1]])
     chords = np.empty(len(points) - 1)
-    for start in range(0, len(chords), _BLOCK):
-        steps = points[start + 1 : start + 1 + _BLOCK] - points[start : min(start + _BLOCK, len(chords))]
-        steps *= steps
-        np.dot(steps, np.ones(steps.shape[1]), out=chords[start : start + _BLOCK])
+    with np.errstate(over="ignore"):
+        for start in range(0, len(chords), _BLOCK):
+            steps = points[start + 1 : start + 1 + _BLOCK] - points[start : min(start + _BLOCK, len(chords))]
+            steps *= steps
+            np.dot(steps, np.ones(steps.shape[1]), out=chords[start : start + _BLOCK])
     np.sqrt(chords, out=chords)
-    if not chords.all():
-        row = int(np.argmin(chords))
-        following = (row + 1) % (len(points) - closed)
-        raise ValueError(f"rows {row} and {following} of the points are equal: drop repeats with cadfit.clean")
+    if not (chords.min() > _SHORT and chords.max() < _LONG):
+        _check_chords(points, closed)
     parameters = np.empty(len(points))
     parameters[0] = 0.0
     steps = _STEP[parametrization](chords)
@@ -59,6 +59,16 @@ def parameters_of(points: Array, parametrization: Parametrization, closed: bool)
         _check_apart(parameters, steps, chords, closed)
     parameters *= chords.sum() / parameters[-1]
     return parameters
+
+
+def _check_chords(points: Array, closed: bool) -> None:
+    """Refuse neighbours that are equal, and points whose distances cannot be squared."""
+    equal = (points[1:] == points[:-1]).all(axis=1)
+    if equal.any():
+        row = int(np.argmax(equal))
+        following = (row + 1) % (len(points) - closed)
+        raise ValueError(f"rows {row} and {following} of the points are equal: drop repeats with cadfit.clean")
+    check_squares(points)
 
 
 def _check_apart(parameters: Array, steps: Array, chords: Array, closed: bool) -> None:
