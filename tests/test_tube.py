@@ -371,6 +371,14 @@ def test_bad_input():
         tube(path, 0.1, 1e-20)
     with pytest.raises(ValueError, match="at least 3 sides, not 2"):
         tube(path, 0.1, sides=2)
+    with pytest.raises(TypeError, match=r"sides must be a whole number, not 2\.5"):
+        tube(path, 0.1, sides=2.5)
+    for up in ("z", [[1], [2, 3]], [1, 2], np.zeros(3)):
+        with pytest.raises(ValueError, match="`up` must be a vector of three finite numbers"):
+            tube(path, 0.1, up=up)
+    for profile in ("abc", [[1, 2], [3]]):
+        with pytest.raises(TypeError, match="a profile is a polygon"):
+            cadfit.sweep(path, profile)
     with pytest.raises(TypeError, match="radius must be a number"):
         tube(path, "wide")
     with pytest.raises(TypeError, match=r"cadfit\.BSpline, not ndarray"):

@@ -230,6 +230,17 @@ def _steps(points: Array, velocities: Array, u: Array) -> _Steps:
     return _Steps(tangents, psi, squares, steps / steps.conj(), lengths, error)
 
 
+def vector(up: ArrayLike) -> Array:
+    """Return `up` as three numbers; raises ValueError for what is no direction."""
+    try:
+        axis = np.asarray(up, dtype=np.float64)
+    except (TypeError, ValueError):  # text, or rows of different lengths
+        axis = np.empty(0)
+    if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
+        raise ValueError(f"`up` must be a vector of three finite numbers, not all zero, and not {up!r}")
+    return axis
+
+
 def upright(along: Frames, up: ArrayLike, parameters: Array) -> Frames:
     """Return frames turned about their tangents so that every binormal lies in a plane with `up`, on its side.
 
@@ -239,11 +250,7 @@ def upright(along: Frames, up: ArrayLike, parameters: Array) -> Frames:
     >>> upright(frames(path, [0.0]), [1, 0, 9], np.zeros(1)).binormals.round(3) + 0.0
     array([[0.11 , 0.   , 0.994]])
     """
-    axis = np.asarray(up, dtype=np.float64)
-    if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
-        raise ValueError(
-            f"`up` must be a vector of three finite numbers, not all zero, and not {np.asarray(up).tolist()}"
-        )
+    axis = vector(up)
     axis = axis / np.abs(axis).max()  # so that its square is a number
     axis = axis / np.linalg.norm(axis)
     normals = np.cross(axis, along.tangents)

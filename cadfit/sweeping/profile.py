@@ -129,7 +129,10 @@ def _loop(shape: Any) -> BSpline:
         return join(shape.curves)
     if isinstance(shape, (list, tuple)) and shape and all(isinstance(each, BSpline) for each in shape):
         return join(shape)
-    points = np.asarray(shape, dtype=np.float64)
+    try:
+        points = np.asarray(shape, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"a profile is a polygon (n >= 3, 2), a spline or a fit, not {shape!r}") from None
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
         raise ValueError(f"a profile's polygon must have the shape (n >= 3, 2), not {points.shape}")
     if not np.isfinite(points).all():

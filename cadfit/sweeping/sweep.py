@@ -17,6 +17,7 @@ from cadfit.sweeping.caps import dome, dome_walls, flat_cap, walls
 from cadfit.sweeping.chain import breaks, chain
 from cadfit.sweeping.corners import SHARPEST
 from cadfit.sweeping.course import Course, Joint, course_of
+from cadfit.sweeping.frames import vector
 from cadfit.sweeping.judging import tight_places, touching_parts
 from cadfit.sweeping.laws import Law, is_constant, is_number, largest, law_of, smallest
 from cadfit.sweeping.profile import Profile, polygons
@@ -115,7 +116,7 @@ def swept(path: BSpline, section: Section, up: ArrayLike | None, wanted: Wanted)
     whole = chain(path)
     corners, angles = breaks(path, whole)
     joints = [Joint(float(u), bool(angle <= SHARPEST)) for u, angle in zip(corners, angles, strict=True)]
-    axis = None if up is None else np.asarray(up, dtype=np.float64)
+    axis = None if up is None else vector(up)
     course = course_of(path, joints, axis)
     section, rings, short = _untwisted(course, section, wanted.tolerance)
     wanted.progress(0.4)

@@ -136,6 +136,10 @@ def _touching(
 def _sides(sides: int | None, radius: float, tolerance: float) -> int:
     if sides is None:
         return sides_for(radius, tolerance)
-    if (count := operator.index(sides)) < 3:
+    try:
+        count = operator.index(sides)
+    except TypeError:
+        raise TypeError(f"the number of sides must be a whole number, not {sides!r}") from None
+    if count < 3:
         raise ValueError(f"a tube needs at least 3 sides, not {count}")
     return count
