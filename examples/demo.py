@@ -11,12 +11,13 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 import cadfit
 
 DATA = Path(__file__).parent / "data"
 CHORD = 200.0  # mm: the airfoil's coordinates are parts of its chord
+WITHIN = 0.02  # mm: what the airfoil may be off, where it is to have few poles
 RADIUS, TOLERANCE = 0.75, 0.03  # of the tube, in ångström like its centreline; written as mm
 
 
@@ -30,6 +31,13 @@ def airfoil(folder):
     cadfit.write(folder / "airfoil.step", spline, unit="mm")
     picture_of_airfoil(folder / "airfoil.png", spline, points)
     return points, spline
+
+
+def light(folder, points):
+    # Within a tolerance, at the points and between them, instead of through them: with as few poles as that takes.
+    fit = cadfit.fit(points, WITHIN)
+    cadfit.write(folder / "airfoil_light.step", fit.spline, unit="mm")
+    return points, fit.spline
 
 
 def protein(folder):
@@ -102,22 +110,29 @@ def main(folder):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     contour, around = airfoil(folder)
+    _, within = light(folder, contour)
     trace, along = protein(folder)
 
     console = Console(highlight=False)
-    table = Table("", "points", "poles", "largest deviation\nat points", "\nbetween", "files")
+    table = Table("", "points", "poles", "largest deviation\nat points", "\nbetween", Column("files", no_wrap=True))
     figures = {}
-    for name, unit, points, spline in [("airfoil", "mm", contour, around), ("protein", "Å", trace, along)]:
+    rows = [
+        ("airfoil", "mm", contour, around),
+        ("airfoil_light", "mm", contour, within),
+        ("protein", "Å", trace, along),
+    ]
+    for name, unit, points, spline in rows:
         far = cadfit.deviation(spline, points)
         numbers = {"points": len(points), "poles": len(spline.poles), "at points": far.points, "between": far.between}
         files = "\n".join(sorted(path.name for path in folder.glob(f"{name}.*")))
-        table.add_row(f"{name}, {unit}", *(f"{number:.3g}" for number in numbers.values()), files)
+        table.add_row(f"{name.replace('_', ', ')}, {unit}", *(f"{number:.3g}" for number in numbers.values()), files)
         figures[name] = numbers
     console.print(table)
     console.print("at points: no point is farther from the curve. between: nor is the curve from the polyline.")
     console.print(f"\nThe files are in {folder.resolve()}. Opened again:", soft_wrap=True)
 
     checks = {"airfoil.step": step_says(folder / "airfoil.step", around)}
+    checks["airfoil_light.step"] = step_says(folder / "airfoil_light.step", within)
     checks["protein.step"] = step_says(folder / "protein.step", along)
     for name in ("protein.stl", "protein.3mf"):
         checks[name] = mesh_says(folder / name, along)

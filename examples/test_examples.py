@@ -47,12 +47,23 @@ def test_demo(tmp_path, capsys):
     assert found["right"]
     counts = {name: (found[name]["points"], found[name]["poles"]) for name in ("airfoil", "protein")}
     assert counts == {"airfoil": (129, 385), "protein": (70, 208)}
+    assert found["airfoil_light"]["poles"] <= 14
+    assert found["airfoil_light"]["at points"] <= 0.02
+    assert found["airfoil_light"]["between"] <= 0.02 + 1.5 * 0.0287  # the chords themselves are that far off
     assert max(found[name]["at points"] for name in counts) < 1e-11
     assert found["airfoil"]["between"] == pytest.approx(0.0287, rel=0.02)
     assert found["protein"]["between"] == pytest.approx(0.567, rel=0.02)
     printed = capsys.readouterr().out
-    assert printed.count("ok    ") == 4
-    written = ["airfoil.png", "airfoil.step", "protein.3mf", "protein.png", "protein.step", "protein.stl"]
+    assert printed.count("ok    ") == 5
+    written = [
+        "airfoil.png",
+        "airfoil.step",
+        "airfoil_light.step",
+        "protein.3mf",
+        "protein.png",
+        "protein.step",
+        "protein.stl",
+    ]
     assert sorted(path.name for path in tmp_path.iterdir()) == written
     assert all(name in printed for name in written)
 
@@ -100,7 +111,7 @@ def test_demo_tells_by_its_exit_status(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(cadfit, "write", broken)
     capsys.readouterr()
     assert _exit_status("demo") == 1
-    assert capsys.readouterr().out.count("WRONG") == 4
+    assert capsys.readouterr().out.count("WRONG") == 5
 
 
 def _exit_status(name):
