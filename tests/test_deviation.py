@@ -77,6 +77,12 @@ def test_bounds_hold_and_are_within_a_thousandth_of_brute_force(name, noise):
     assert gaps[found.worst] == pytest.approx(gaps.max(), rel=1e-9, abs=1e-12)
 
 
+def test_a_fit_is_taken_for_its_curves():
+    points = hairpin(2.0)
+    fit = cadfit.fit(points, 0.05)
+    assert repr(cadfit.deviation(fit, points)) == repr(cadfit.deviation(fit.curves, points))
+
+
 def test_interpolants_are_matched_at_their_own_parameters():
     points = np.random.default_rng(2).normal(size=(50, 3)).cumsum(axis=0)
     for spline, u in [

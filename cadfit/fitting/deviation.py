@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,9 @@ from cadfit.fitting.starting import match_around, to_the_ends
 from cadfit.joining import join
 from cadfit.points.clean import as_contour, check_largest
 from cadfit.stages import Progress, portion, rising, stage, unheard
+
+if TYPE_CHECKING:
+    from cadfit.fitting.result import Fit
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
 _MATCHED = 0.6  # of the time, about: where the points are matched
@@ -42,15 +46,16 @@ class Deviation:
 
 
 def deviation(
-    curves: BSpline | Sequence[BSpline], points: ArrayLike, closed: bool = False, progress: Progress | None = None
+    curves: BSpline | Sequence[BSpline] | Fit, points: ArrayLike, closed: bool = False, progress: Progress | None = None
 ) -> Deviation:
     """Return certified upper bounds on the distance between curves, joined end to end, and ordered points (n, d).
 
-    Both bounds hold for every place of the curve, not for samples of it, float64's rounding included, and are within
-    0.1 % of distances that occur. Points are matched in order (`matching.match`), so a curve that crosses or nearly
-    touches itself is not credited with the wrong branch. With `closed` the curve returns to the first point, which may
-    be repeated at the end or not; its start may lie anywhere on the contour. `progress` is called with the part that is
-    done, from 0 to 1; raising from it stops the work.
+    `curves`: a `BSpline`, several, or the `Fit` that has them. Both bounds hold for every place of the curve, not for
+    samples of it, float64's rounding included, and are within 0.1 % of distances that occur. Points are matched in
+    order (`matching.match`), so a curve that crosses or nearly touches itself is not credited with the wrong branch.
+    With `closed` the curve returns to the first point, which may be repeated at the end or not; its start may lie
+    anywhere on the contour. `progress` is called with the part that is done, from 0 to 1; raising from it stops the
+    work.
 
     Raises ValueError for bad points (naming the row), another dimension than the curve's, curves that are not joined,
     `closed` for a curve that does not return to its start, and coordinates too large to square.
@@ -61,7 +66,8 @@ def deviation(
     >>> far.points < 1e-12, round(far.between, 3)
     (True, 0.75)
     """
-    chain = [curves] if isinstance(curves, BSpline) else list(curves)
+    several: Any = getattr(curves, "curves", curves)
+    chain = [curves] if isinstance(curves, BSpline) else list(several)
     spline = join(chain)
     opening = max((_gap(a, b) for a, b in pairwise(chain)), default=0.0)  # joining moves the curve by that much at most
     given = as_contour(points, closed)
