@@ -26,7 +26,7 @@ FITS = {
 def test_distances_along_a_fit_are_those_certified(fit):
     off = np.linalg.norm(off_points(fit), axis=1)
     assert off.max() <= fit.deviation.points <= off.max() * 1.001 + 1e-12
-    assert int(off.argmax()) == fit.deviation.worst or off[fit.deviation.worst] == off.max()
+    assert off[fit.deviation.worst] >= off.max() - 8 * EPS  # of points on a straight side, rounding tells which it is
     u, between, chords = off_chords(fit, 60_000)
     assert between.max() <= fit.deviation.between <= between.max() * 1.01 + 1e-12
     low, high = cadfit.join(fit.curves).domain

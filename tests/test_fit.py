@@ -180,9 +180,20 @@ def test_long_edges_between_short_chords_take_few_poles():
     angle = np.linspace(0, np.pi / 2, 16)
     quarter = np.column_stack([2 * np.cos(angle) + 20, 2 * np.sin(angle) + 20])
     outline = np.concatenate([quarter @ np.linalg.matrix_power([[0, 1], [-1, 0]], k) for k in range(4)])
-    fit = cadfit.fit(outline, 0.044, closed=True, effort="fast")
-    assert fit.poles <= 16  # 25 with three samples on an edge, which left it room to swing
-    held(fit, type(OWN["leaf"])(outline, True))
+    for effort, most in (("fast", 20), ("best", 12)):  # 25 with three samples on an edge, which left room to swing
+        fit = cadfit.fit(outline, 0.044, closed=True, effort=effort)
+        assert fit.poles <= most
+        held(fit, type(OWN["leaf"])(outline, True))
+
+
+@pytest.mark.parametrize(("radius", "half", "tolerance"), [(5, 15, 1e-3), (2, 22, 1e-3), (3, 15, 0.01)])
+def test_best_takes_no_more_poles_than_fast_on_a_rounded_square(radius, half, tolerance):
+    """A shape of which four alike knots have to go at once: one by one none could, from where many trials had led."""
+    angle = np.linspace(0, np.pi / 2, 16)
+    quarter = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]) + half - radius
+    outline = np.concatenate([quarter @ np.linalg.matrix_power([[0, 1], [-1, 0]], k) for k in range(4)])
+    best, fast = (cadfit.fit(outline, tolerance, closed=True, effort=effort).poles for effort in ("best", "fast"))
+    assert best <= fast
 
 
 def trefoil(n):

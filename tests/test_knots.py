@@ -11,8 +11,10 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.optimize import least_squares
 
-from cadfit.fitting.relax import look, start, with_knots, with_poles
+from cadfit.fitting.feet import look
+from cadfit.fitting.relax import start
 from cadfit.fitting.spans import Curve
+from cadfit.fitting.steps import with_knots, with_poles
 from cadfit.fitting.targets import Targets
 
 X = 595.0 + 10.0 * np.arange(49)

@@ -40,10 +40,12 @@ def chord_bounds(spline: BSpline, u: Array, gaps: Array) -> Array:
         sizes = np.sqrt(np.einsum("dk,dk->k", bends, bends))
         for inside in range(_MOST_INSIDE + 1):
             chosen = np.flatnonzero(last - first == inside)
+            if not len(chosen):
+                continue
             knots = first[chosen] + np.arange(1, inside + 1)[:, None]
-            steps = np.diff(np.stack([at[:-1][chosen], *spline.knots[knots], at[1:][chosen]]), axis=0)
-            bend = np.stack([before[chosen], *sizes[knots - first[0]], after[chosen]])
-            bound[chosen] = _largest_over_knots(gap[:-1][chosen], gap[1:][chosen], steps, bend)
+            places = np.array([at[chosen], *spline.knots[knots], at[chosen + 1]])
+            bend = np.array([before[chosen], *sizes[knots - first[0]], after[chosen]])
+            bound[chosen] = _largest_over_knots(gap[chosen], gap[chosen + 1], places[1:] - places[:-1], bend)
     return upper
 
 

@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from cadfit.bezier import Array, Ints
 from cadfit.fitting.matching import blocks
-from cadfit.fitting.spans import Curve, dot, shifted
+from cadfit.fitting.spans import Curve, Spans, dot, shifted
 
+_NO_TANGENT = 1e-300  # squared: where there is none, there is no step
 _NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """A curve seen at parameters (n,): their spans, local parameters and spans modulo m, the places, the tangents.
-
-    `powers` (4, d, n): the spans' polynomials of the local parameter. Places and tangents are (d, n), the latter
-    derivatives by the local parameter.
-    """
+class Place(NamedTuple):
+    """Where on a spline parameters (n,) are: in which spans, at which local parameters, and the spans modulo m."""
 
     span: Ints
     local: Array
     wrapped: Ints
+
+
+class Look(NamedTuple):
+    """A curve seen at a place: `powers` (4, d, n), the spans' polynomials of the local parameter; places and tangents.
+
+    These are (d, n), the tangents derivatives by the local parameter.
+    """
+
+    at: Place
     powers: Array
     places: Array
     tangents: Array
@@ -31,25 +36,26 @@ class Look:
 
 def look(curve: Curve, u: Array) -> Look:
     """Return how the curve is seen at u (n,)."""
-    span = curve.spans.find(u)
-    return _seen(curve, span, *curve.spans.local(u, span))
+    return look_at(curve, found(curve.spans, u))
 
 
-def look_again(curve: Curve, seen: Look) -> Look:
-    """Return how a curve on the same knots is seen at the same parameters."""
-    return _seen(curve, seen.span, seen.local, seen.wrapped)
+def found(spans: Spans, u: Array) -> Place:
+    """Return where on the spans the parameters u (n,) are."""
+    span = spans.find(u)
+    return Place(span, *spans.local(u, span))
 
 
-def _seen(curve: Curve, span: Ints, local: Array, wrapped: Ints) -> Look:
-    powers = curve.powers.take(wrapped, axis=2, mode="clip")  # nothing to clip, but quicker than looking
+def look_at(curve: Curve, at: Place) -> Look:
+    """Return how the curve is seen at a place found on its spans."""
+    powers = curve.powers.take(at.wrapped, axis=2, mode="clip")  # nothing to clip, but quicker than looking
     a, b, c, e = powers
-    tangents = e * local
+    tangents = e * at.local
     places = tangents + c
     tangents += places + places
     for row, lower in ((places, b), (places, a), (tangents, b)):
-        row *= local
+        row *= at.local
         row += lower
-    return Look(span, local, wrapped, powers, places, tangents)
+    return Look(at, powers, places, tangents)
 
 
 def newton(curve: Curve, points: Array, seen: Look) -> Array:
@@ -57,10 +63,9 @@ def newton(curve: Curve, points: Array, seen: Look) -> Array:
     _, _, c, e = seen.powers
     gap, first = points - seen.places, seen.tangents
     slope, flat = dot(gap, first), dot(first, first)
-    rate = flat - dot(gap, (6.0 * seen.local) * e + 2.0 * c)
-    rate = np.where(rate > 0.2 * flat, rate, flat)
-    rate[rate == 0.0] = np.inf  # no tangent, no step
-    return np.asarray(slope * curve.spans.steps[seen.wrapped] / rate)
+    rate = flat - dot(gap, (6.0 * seen.at.local) * e + 2.0 * c)
+    rate = np.where(rate > 0.2 * flat, rate, flat) + _NO_TANGENT
+    return np.asarray(slope * curve.spans.steps.take(seen.at.wrapped) / rate)
 
 
 def slid(u: Array, step: Array, period: float | None) -> Array:

@@ -7,23 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.feet import Look, look, look_again, newton, slid, within, wrapped
-from cadfit.fitting.spans import Curve, Spans, dot, shifted
-from cadfit.fitting.squares import band, local, moments, pairs, solve, solve_alike
+from cadfit.fitting.feet import Look, found, look, look_at, newton, slid, within, wrapped
+from cadfit.fitting.spans import Curve, dot
+from cadfit.fitting.steps import averaged, held, nearest, with_knots, with_poles
 from cadfit.fitting.targets import Targets, sampled
 from cadfit.fitting.turning import loops
 
-_ALONG = 0.005  # weight of a residual's part along the curve: a foot point slides there
-_DAMPING = 1e-6  # of the mean of the normal matrix' diagonal: keeps poles that no target sees where they are
 _LOOKS = np.arange(1, 8) / 8.0
-_KNOT_DAMPING = 1e-3
-_SHORTEST = 3e-2  # of the spans' mean: none shrinks below, or knots all but meet and the curve is hardly C2
-_NO_SPEED = 1e-200  # squared: where the curve stands still no residual is along it
 _SHIFT = 0.5  # how strongly weight goes to large errors
 _CALM = 0.3  # the same with moving knots, where there are many passes
+_ROUNDING = 1e-9  # of the room: bounds that near it are looked at more closely
 _STEPS = 2
 _PATIENCE = 6  # passes over which a rate is taken, at most: to wait for nine found next to nothing more
-_FALLING = np.array([[1.0], [-3.0], [3.0], [-1.0]])  # (1 - x)^3 in powers of x
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,30 +56,9 @@ def measured(goal: Targets, curve: Curve, u: Array, weights: Array, seen: Look |
 def start(goal: Targets, knots: Array, u: Array) -> Trial:
     """Return the least-squares curve with these knots for targets at these parameters."""
     curve, u = wrapped(averaged(goal, knots, u), u)
-    seen = look(curve, u)
-    curve = with_poles(goal, curve, seen, goal.weights, 1.0) if held(goal) else nearest(goal, curve, seen)
-    return measured(goal, curve, u, goal.weights, look_again(curve, seen))
-
-
-def nearest(goal: Targets, curve: Curve, seen: Look) -> Curve:
-    """Return the curve as `with_poles` where residuals count alike in all directions: each coordinate by itself."""
-    spans, weight = curve.spans, goal.weights / goal.allowed**2
-    squares, pulls = summed(spans, seen, weight[None], weight * (goal.points - seen.places))
-    equations = local(squares, pulls, spans.matrices, None)
-    found = solve_alike(*equations, band(spans.count, spans.closed, 1, False), _DAMPING)
-    return Curve(spans, _plus(curve, found))
-
-
-def averaged(goal: Targets, knots: Array, u: Array) -> Curve:
-    """Return Schoenberg's curve: the poles are the polyline of the targets at the averages of three knots."""
-    spans = Spans(knots, goal.closed)
-    around, places = u, goal.points
-    if goal.closed:
-        around = np.concatenate([u - goal.period, u, u + goal.period])
-        places = np.tile(places, 3)
-    t = spans.extended
-    averages = (t[1:-3] + t[2:-2] + t[3:-1])[: spans.poles] / 3.0
-    return Curve(spans, on_tangents(np.stack([np.interp(averages, around, row) for row in places]), goal))
+    at = found(curve.spans, u)
+    curve = with_poles(goal, curve, look_at(curve, at), goal.weights, 1.0) if held(goal) else nearest(goal, curve, at)
+    return measured(goal, curve, u, goal.weights, look_at(curve, at))
 
 
 def relax(trial: Trial, passes: int, move_knots: bool) -> Trial:
@@ -135,8 +109,8 @@ def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:
     if move_knots:
         curve, u = wrapped(with_knots(goal, curve, seen, weights), u)
         seen = look(curve, u)
-    curve = with_poles(goal, curve, seen, weights, _ALONG)
-    seen = look_again(curve, seen)
+    curve = with_poles(goal, curve, seen, weights)
+    seen = look_at(curve, seen.at)
     period = goal.period if goal.closed else None
     for _ in range(_STEPS):
         u = slid(u, newton(curve, goal.points, seen), period)
@@ -148,9 +122,8 @@ def checked(trial: Trial) -> Trial:
     """Return the trial as met, or where only the places between the targets keep it from that, with targets there."""
     if trial.worst > 1.0:
         return trial
-    far, at = strays(trial)
-    strayed = np.flatnonzero(far > 1.0)
-    return watched(trial, strayed, at[strayed]) if len(strayed) else replace(trial, met=True)
+    strayed, at = strays(trial)
+    return watched(trial, strayed, at) if len(strayed) else replace(trial, met=True)
 
 
 def looping(trial: Trial) -> Ints:
@@ -168,140 +141,33 @@ def watched(trial: Trial, chords: Ints, at: Array) -> Trial:
     return measured(goal, trial.curve, u, weights)
 
 
-def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: float) -> Curve:
-    """Return the curve with the least-squares poles at its knots, seen at the targets' parameters."""
-    spans, d = curve.spans, len(curve.poles)
-    found = solve(
-        *_equations(goal, curve, seen, weights, along, False),
-        band(spans.count, spans.closed, d, False),
-        d,
-        np.full(d, _DAMPING),
-        held(goal),
-    )
-    return Curve(spans, on_tangents(_plus(curve, found), goal))
-
-
-def _plus(curve: Curve, moves: Array) -> Array:
-    """Return the curve's poles (d, k) with the free ones moved by `moves` (free, d)."""
-    poles = curve.poles.copy()
-    poles[:, slice(None) if curve.spans.closed else slice(1, -1)] += moves.T
-    return poles
-
-
-def with_knots(goal: Targets, curve: Curve, seen: Look, weights: Array) -> Curve:
-    """Return the curve with its knots moved by one damped Gauss-Newton step of poles and knots together."""
-    spans, d = curve.spans, len(curve.poles)
-    damping = np.full(d + 1, _DAMPING)
-    damping[d] = _KNOT_DAMPING
-    found = solve(
-        *_equations(goal, curve, seen, weights, _ALONG, True),
-        band(spans.count, spans.closed, d, True),
-        d,
-        damping,
-        held(goal),
-    )[:, d]
-    h, knots = spans.steps, spans.knots.copy()
-    mean = (knots[-1] - knots[0]) / len(h)
-    room = np.maximum(h - _SHORTEST * mean, 0.0) * 0.4
-    if spans.closed:
-        move = np.minimum(np.maximum(shifted(found, -1) * h, -shifted(room, 1)), room)
-        knots[:-1] += move
-        knots[-1] += move[0]
-    else:
-        knots[1:-1] += np.minimum(np.maximum(found[1:-1] * h[1:], -room[:-1]), room[1:])
-    return Curve(Spans(knots, spans.closed), curve.poles)
-
-
-def held(goal: Targets) -> list[tuple[int, Array]]:
-    """Return the free poles next to the ends that may move along given tangents only."""
-    return [(k, tangent) for k, tangent in zip((0, -1), goal.tangents, strict=True) if tangent is not None]
-
-
-def on_tangents(poles: Array, goal: Targets) -> Array:
-    """Return the poles (d, k) with those next to the ends on the given tangents, if any, and in front of the ends."""
-    for tangent, end, near, sign in zip(goal.tangents, (0, -1), (1, -2), (1.0, -1.0), strict=True):
-        if tangent is not None:
-            along = sign * tangent
-            length = max(float((poles[:, near] - poles[:, end]) @ along), 1e-4 * goal.period / poles.shape[1])
-            poles[:, near] = poles[:, end] + length * along
-    return poles
-
-
-def _equations(
-    goal: Targets, curve: Curve, seen: Look, weights: Array, along: float, move_knots: bool
-) -> tuple[Array, Array]:
-    """Return the normal equations of the targets' residuals, linearised, span by span, as `squares.local`."""
-    squares, pulls = sums(curve, seen, goal.points - seen.places, weights / goal.allowed**2, along)
-    if not move_knots:
-        return local(squares, pulls, curve.spans.matrices, None)
-    moved, directions = _knot_functions(curve)
-    return local(squares, pulls, np.concatenate([curve.spans.matrices, moved], axis=1), directions)
-
-
-def sums(curve: Curve, seen: Look, gap: Array, weight: Array, along: float) -> tuple[Array, Array]:
-    """Return the `squares.moments` of residuals `gap` (d, n) at the places seen, for the curve's spans.
-
-    A residual's part along the curve counts `along` as much as what is across: a foot point slides there.
-    """
-    spans, tangent = curve.spans, seen.tangents
-    slid = ((along - 1.0) * weight / (dot(tangent, tangent) + _NO_SPEED)) * tangent
-    i, j = pairs(len(tangent))
-    metric = tangent[i] * slid[j]
-    metric[i == j] += weight
-    pull = weight * gap + dot(tangent, gap) * slid
-    return summed(spans, seen, metric, pull)
-
-
-def summed(spans: Spans, seen: Look, metric: Array, pull: Array) -> tuple[Array, Array]:
-    """Return the `squares.moments` of targets seen, for the spans; closed, those of the next period with the first."""
-    starts = np.searchsorted(seen.span, np.arange(spans.count + 1 + spans.closed))
-    squares, pulls = moments(seen.local, metric, pull, starts)
-    if spans.closed:
-        squares[..., 0] += squares[..., -1]
-        pulls[..., 0] += pulls[..., -1]
-    return squares[..., : spans.count], pulls[..., : spans.count]
-
-
-def _knot_functions(curve: Curve) -> tuple[Array, Array]:
-    """Return how the curve changes when the three knots around each span move, up to a change of the poles.
-
-    Those are the knot before the span's start, its start and its end, each moved by the length of the span after it.
-    The change of each is a cubic of the span's local parameter, (4 powers, 3, m), along a direction, (d, 3, m). Moving
-    knot t changes the curve by a piece of spline with a double knot at t, whose second derivative jumps there by the
-    curve's jump of the third: it is supported on the span before t and the two after it.
-    """
-    spans = curve.spans
-    h = spans.steps
-    jumps = curve.third_jumps
-    if spans.closed:
-        before, after, next_after = shifted(h, 1), h, shifted(h, -1)
-    else:  # knots 0 and m do not move; a knot stands a thousandth behind the end, for the last one that does
-        jumps = np.concatenate([np.zeros((len(jumps), 1)), jumps], axis=1)
-        before, after, next_after = shifted(h, 1), h, np.append(h[1:], 1e-3 * h[-1])
-    r, p = after, after + next_after
-    ratio = (p + before) / (r + before)
-    a = 1.0 / (6.0 * (p - p * p * ratio / r - p * p * (p - r) / ((r + before) * before)))
-    b = -a * p * p * ratio / (r * r)
-    c = a * p * p * (p - r) / ((r + before) * before * before)
-    toward = -jumps * after  # of knot s
-    cube = h**3
-    first, last = shifted(a, 1) * cube, shifted(c, -1) * cube
-    if not spans.closed:
-        first[0] = last[-1] = 0.0
-    shapes = np.zeros((4, 3, spans.count))
-    np.multiply(_FALLING, first, out=shapes[:, 0])
-    p2, h2 = a * p * p, h * h
-    shapes[:, 1] = np.array([p2 * p, -3.0 * p2 * h, 3.0 * a * p * h2, -a * cube]) + _FALLING * (b * cube)
-    shapes[3, 2] = last
-    around = np.concatenate([toward[:, -1:], toward, toward[:, :1]], axis=1)
-    return shapes, np.stack([around[:, :-2], toward, around[:, 2:]], axis=1)
-
-
-def strays(trial: Trial) -> tuple[Array, Array]:
-    """Return how far the curve strays from each chord (chords,), in parts of its room, and where, of seven samples."""
+def strays(trial: Trial) -> tuple[Ints, Array]:
+    """Return the chords that the curve strays from farther than there is room, and where most, of seven samples."""
     goal = trial.goal
     u = np.append(trial.u[goal.data], trial.u[0] + goal.period)[: len(goal.room) + 1]
-    at = (u[:-1] + _LOOKS[:, None] * (u[1:] - u[:-1])).ravel()
-    chords = np.tile(np.arange(len(goal.room)), len(_LOOKS))
-    found = goal.straying(trial.curve.points(at, trial.curve.spans.find(at)), chords).reshape(len(_LOOKS), -1)
-    return found.max(axis=0), _LOOKS[np.argmax(found, axis=0)]
+    chords = _in_doubt(trial, u)
+    at = (u[chords] + _LOOKS[:, None] * (u[chords + 1] - u[chords])).ravel()
+    places = trial.curve.points(at, trial.curve.spans.find(at))
+    found = goal.straying(places, np.tile(chords, len(_LOOKS))).reshape(len(_LOOKS), -1)
+    strayed = np.flatnonzero((found > 1.0).any(axis=0))
+    return chords[strayed], _LOOKS[np.argmax(found[:, strayed], axis=0)]
+
+
+def _in_doubt(trial: Trial, u: Array) -> Ints:
+    """Return the chords that the curve is not sure to stay near; u (chords + 1,) are their ends' parameters.
+
+    A piece of it is off its own chord by no more than an eighth of its largest second derivative times the square of
+    the parameters' difference, and that chord off the points' by no more than the farther end.
+    """
+    goal, curve, seen = trial.goal, trial.curve, trial.seen
+    bends = 6.0 * seen.at.local * seen.powers[3] + 2.0 * seen.powers[2]
+    bends = np.sqrt(dot(bends, bends)) / curve.spans.steps[seen.at.wrapped] ** 2
+    gaps, bends = (trial.error * goal.allowed)[goal.data], bends[goal.data]
+    if goal.closed:
+        gaps, bends = np.append(gaps, gaps[0]), np.append(bends, bends[0])
+    bend = np.maximum(bends[:-1], bends[1:])
+    starts = 2.0 * curve.powers[2, :, 1:]  # between two parameters it is linear, but for the knots there
+    at = np.searchsorted(u, curve.spans.knots[1:-1]) - 1
+    np.maximum.at(bend, at, np.sqrt(dot(starts, starts)) / curve.spans.steps[1:] ** 2)
+    off = np.maximum(gaps[:-1], gaps[1:]) + 0.125 * bend * (u[1:] - u[:-1]) ** 2
+    return np.flatnonzero(off > (1.0 - _ROUNDING) * goal.room)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from cadfit.bezier import Array
-from cadfit.fitting.relax import Trial, averaged, measured
+from cadfit.fitting.relax import Trial, measured
 from cadfit.fitting.spans import Curve, Spans
+from cadfit.fitting.steps import averaged
 from cadfit.fitting.targets import Targets
 from cadfit.fitting.turning import lengths
 

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from cadfit.bezier import Array
 from cadfit.fitting.relax import Trial, checked, looping, relax, settled, start
 from cadfit.fitting.rounded import at_points
-from cadfit.fitting.spans import Spans
+from cadfit.fitting.spans import Spans, dot
 from cadfit.fitting.targets import Targets
 from cadfit.stages import Progress, stage, unheard
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
 _ASIDE = 0.04  # of a part: knots stand beside where points of a symmetric shape lie, or rounding tells their spans
 _FAR = 4.0  # a largest error that more spans will bring down sooner than passes
-_NEAR = 1.3  # a largest error that better knots may yet bring down
+_NEAR = 1.75  # a largest error that better knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 _MET = 0.05  # of two targets' distance: parameters that near have slid together
 _SHARE, _LARGE_SHARE = 0.25, 0.35  # of the spans: how many are taken away at once, at first
@@ -76,8 +76,12 @@ def _parted(trial: Trial) -> Array:
     Noise that puts two of them side by side, or in the wrong order, lets them slide to one foot point, where no number
     of knots would tell one from the other.
     """
-    u, chords = trial.u, np.linalg.norm(np.diff(trial.goal.points), axis=0)
-    run = np.concatenate([[0], np.cumsum(np.diff(u) >= _MET * chords)])  # of targets that have met
+    u, steps = trial.u, np.diff(trial.goal.points)
+    chords = np.sqrt(dot(steps, steps))
+    apart = np.diff(u) >= _MET * chords
+    if apart.all():
+        return u
+    run = np.concatenate([[0], np.cumsum(apart)])  # of targets that have met
     free = ((np.bincount(run) > 1) & (np.bincount(run, trial.error > 1.0) > 0))[run]
     free[1:-1] |= free[:-2] | free[2:]
     free[[0, -1]] = False
@@ -91,12 +95,12 @@ def _bisected(trial: Trial) -> Array:
     Spans of next to no length are left: no curve passes points there that come in another order than along it.
     """
     spans, u = trial.curve.spans, trial.u
-    span = spans.find(u)
-    worst = np.zeros(spans.count + 1)
-    np.maximum.at(worst, span, trial.error)
+    span = trial.seen.at.span
+    starts = span.searchsorted(np.arange(spans.count + 2))
+    worst = np.maximum.reduceat(np.append(trial.error, 0.0), starts[:-1])
+    worst[starts[:-1] == starts[1:]] = 0.0
     if spans.closed:
         worst[0] = max(worst[0], worst[-1])
-    starts = np.searchsorted(span, np.arange(spans.count + 1))
     cut = np.flatnonzero((worst[:-1] > 1.0) & (spans.steps > _SHORTEST * (spans.knots[-1] - spans.knots[0])))
     parts = np.minimum(np.maximum(np.ceil(worst[cut] ** 0.25), 2), 8).astype(np.intp)
     last = np.cumsum(parts - 1)
@@ -106,7 +110,8 @@ def _bisected(trial: Trial) -> Array:
     a, h, inside = spans.knots[cut], spans.steps[cut], starts[cut + 1] - starts[cut]
     at = np.minimum(starts[cut] + inside * k // parts, len(u) - 1)
     new = np.where(inside > parts, 0.5 * (u[at - 1] + u[at]), a + h * (k + _ASIDE) / parts)
-    return np.unique(np.concatenate([spans.knots, np.minimum(np.maximum(new, a + 0.05 * h), a + 0.95 * h)]))
+    knots = np.sort(np.concatenate([spans.knots, np.minimum(np.maximum(new, a + 0.05 * h), a + 0.95 * h)]))
+    return np.asarray(knots[np.append(True, knots[1:] > knots[:-1])])
 
 
 @stage("taking spans away")

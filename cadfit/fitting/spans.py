@@ -25,6 +25,21 @@ def dot(a: Array, b: Array) -> Array:
     return np.asarray(total)
 
 
+# A span's `Spans.matrices` are sums of six products of two lengths over two others, each between two of the knots t0 to
+# t7 around, the span running from t3 to t4: h h / (t42 t41), h h / (t63 t53), g g / (t42 t52), h g / (t42 t52),
+# h h / (t42 t52) and h h / (t53 t52), with h = t43, g = t32 and t42 = t4 - t2.
+_LATER = np.array([4, 4, 3, 4, 4, 4, 4, 4, 3, 3, 4, 4, 4, 6, 4, 4, 4, 5, 4, 5, 5, 5, 5, 5])
+_EARLIER = np.array([3, 3, 2, 3, 3, 3, 3, 3, 2, 2, 3, 3, 2, 3, 2, 2, 2, 3, 1, 3, 2, 2, 2, 2])
+_PARTS = np.zeros((6, 16))  # how much of each goes into the matrix (4 powers, 4 functions), row after row
+_PARTS[0, [0, 4, 8, 12]], _PARTS[0, [1, 5, 9, 13]] = [1.0, -3.0, 3.0, -1.0], [-1.0, 3.0, -3.0, 1.0]
+_PARTS[1, [14, 15]] = [-1.0, 1.0]
+_PARTS[2, [1, 2]] = [-1.0, 1.0]
+_PARTS[3, [5, 6]] = [-3.0, 3.0]
+_PARTS[4, [9, 10, 13, 14]] = [-3.0, 3.0, 1.0, -1.0]
+_PARTS[5, [13, 14]] = [1.0, -1.0]
+_WHOLE = np.eye(16)[1]  # in all, the functions are 1
+
+
 @dataclass(frozen=True, eq=False)
 class Spans:
     """The space of C2 cubic splines with simple knots (m + 1,), the curve's start and end included.
@@ -62,37 +77,24 @@ class Spans:
 
     @cached_property
     def matrices(self) -> Array:
-        """The basis functions (4 powers, 4 functions, m) of each span as polynomials of its local parameter in [0, 1].
+        """The basis functions (m, 4 powers, 4 functions) of each span as polynomials of its local parameter in [0, 1].
 
         Source: Qin, General matrix representations for B-splines, The Visual Computer 16, 2000.
         """
-        t, m = self.extended, self.count
-        t1, t2, t3, t4, t5, t6 = (t[k : k + m] for k in range(1, 7))  # the span runs from t3 to t4
-        h = t4 - t3
-        out = np.zeros((4, 4, m))
-        first = h * h / ((t4 - t2) * (t4 - t1))
-        last = h * h / ((t6 - t3) * (t5 - t3))
-        middle = (t5 - t2) * (t4 - t2)
-        out[0, 0], out[0, 2] = first, (t3 - t2) ** 2 / middle
-        out[0, 1] = 1.0 - first - out[0, 2]
-        out[1, 0], out[1, 2] = -3.0 * first, 3.0 * h * (t3 - t2) / middle
-        out[1, 1] = 3.0 * first - out[1, 2]
-        out[2, 0], out[2, 2] = 3.0 * first, 3.0 * h * h / middle
-        out[2, 1] = -3.0 * first - out[2, 2]
-        out[3, 0], out[3, 3] = -first, last
-        out[3, 2] = -out[2, 2] / 3.0 - last - h * h / ((t5 - t3) * (t5 - t2))
-        out[3, 1] = first - out[3, 2] - last
-        return out
+        at = np.arange(self.count)[:, None]
+        lengths = self.extended[at + _LATER] - self.extended[at + _EARLIER]
+        one, other, below, beside = (lengths[:, k : k + 6] for k in range(0, 24, 6))
+        return np.asarray((one * other / (below * beside)) @ _PARTS + _WHOLE).reshape(-1, 4, 4)
 
     def find(self, u: Array) -> Ints:
         """Return the span (n,) of each parameter u (n,); where closed, span m is span 0 of the next period."""
-        found = np.searchsorted(self.knots, u, side="right") - 1
+        found = self.knots.searchsorted(u, side="right") - 1
         return np.minimum(found, self.count if self.closed else self.count - 1, out=found)
 
     def local(self, u: Array, span: Ints) -> tuple[Array, Ints]:
         """Return the local parameters (n,) of u in its spans, and the spans modulo m."""
         wrapped = span % self.count if self.closed else span
-        return (u - self.knots[span]) / self.steps[wrapped], wrapped
+        return (u - self.knots.take(span)) / self.steps.take(wrapped), wrapped
 
     def spline(self, poles: Array) -> BSpline:
         """Return the curve of the poles (d, number of poles)."""
@@ -109,16 +111,21 @@ class Curve:
     poles: Array
 
     @cached_property
-    def powers(self) -> Array:
-        """The spans' polynomials (4 powers, d, m) of the local parameter."""
+    def around(self) -> Array:
+        """The poles (m, 4, d) that each span depends on."""
         m = self.spans.count
         poles = np.concatenate([self.poles, self.poles[:, :3]], axis=1) if self.spans.closed else self.poles
         while poles.shape[1] < m + 3:  # fewer than three spans in a period
             poles = np.concatenate([poles, self.poles], axis=1)
-        four = np.empty((4, len(poles), m))
+        four = np.empty((m, 4, len(poles)))
         for k in range(4):
-            four[k] = poles[:, k : k + m]
-        return np.asarray(np.einsum("pkm,kdm->pdm", self.spans.matrices, four))
+            four[:, k] = poles[:, k : k + m].T
+        return four
+
+    @cached_property
+    def powers(self) -> Array:
+        """The spans' polynomials (4 powers, d, m) of the local parameter."""
+        return np.ascontiguousarray((self.spans.matrices @ self.around).transpose(1, 2, 0))
 
     @cached_property
     def third_jumps(self) -> Array:

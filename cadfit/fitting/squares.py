@@ -14,8 +14,6 @@ from scipy.linalg.lapack import dpbsv
 
 from cadfit.bezier import Array, Ints
 
-_HANKEL = np.add.outer(np.arange(4), np.arange(4))  # which power a product of two powers is
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
@@ -26,8 +24,8 @@ class Band:
     twice the width, so that no bordered solve is needed. What is left out goes to one more entry, behind the others.
     """
 
-    entries: Ints  # (pairs of a span's unknowns, m): where to, in the flat band
-    rows: Ints  # (unknowns of a span, m): whose right side
+    entries: Ints  # (m, unknowns of a span, again): where to, in the flat band; of a symmetric pair, one is left out
+    rows: Ints  # (m, unknowns of a span): whose right side
     shape: tuple[int, int]  # of the band
     order: Ints  # (blocks,): the place of each block that is not left out
 
@@ -46,78 +44,79 @@ def band(m: int, closed: bool, d: int, knots: bool) -> Band:
     if knots:  # of the knot before the span, its start, and its end, kept with poles 0 to 2
         block, part = np.append(block, np.arange(3)), np.append(part, [d] * 3)
     unknown = place[touched[:, block]] * q + part  # (m, unknowns of a span)
-    i, j = pairs(len(block))
-    low, high = np.sort(np.stack([unknown[:, i], unknown[:, j]]), axis=0)
-    kept = used[:, block[i]] & used[:, block[j]]
+    one, other = unknown[:, :, None], unknown[:, None, :]
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    kept = used[:, block, None] & used[:, None, block] & np.tri(len(block), dtype=bool)
     width = int((high - low)[kept].max(initial=0)) + 1
     entries = np.where(kept, (high - low) * (count * q) + low, width * count * q)
     rows = np.where(used[:, block], unknown, count * q)
     order = place if closed else place[1:-1]
-    return Band(entries.T.ravel(), rows.T.ravel(), (width, count * q), order)
+    return Band(entries.ravel(), rows.ravel(), (width, count * q), order)
 
 
 @cache
-def pairs(k: int) -> tuple[Ints, Ints]:
-    """Return the rows and columns of the lower triangle of a k by k matrix."""
-    return np.tril_indices(k)
+def _rows(e: int, d: int) -> tuple[Ints, Ints]:
+    """Return which row of the sums in `moments` each of its squares (4 k, 4 k), and of its pulls (4, d), is."""
+    k = d if e > 1 else 1
+    power, part = np.repeat(np.arange(4), k), np.tile(np.arange(k), 4)
+    lower = np.zeros((k, k), dtype=np.intp)  # which entry of a lower triangle, stored in a row
+    i, j = np.tril_indices(k)
+    lower[i, j] = lower[j, i] = np.arange(len(i))
+    both, entry = np.add.outer(power, power), lower[np.ix_(part, part)]
+    squares = np.where(both < 4, both * (d + e) + d + entry, 4 * (d + e) + (both - 4) * e + entry)
+    return squares, np.add.outer((d + e) * np.arange(4), np.arange(d))
 
 
-@cache
-def _symmetric(d: int) -> Ints:
-    """Return which entry of a lower triangle, stored in a row, each entry (d, d) of the symmetric matrix is."""
-    i, j = pairs(d)
-    out = np.zeros((d, d), dtype=np.intp)
-    out[i, j] = out[j, i] = np.arange(len(i))
-    return out
+def moments(x: Array, first: Array, d: int, starts: Ints, closed: bool) -> tuple[Array, Array]:
+    """Return each span's sums of products of two powers of x times points' metrics, and of powers times their pulls.
 
-
-@cache
-def _of_poles(d: int) -> Ints:
-    """Return where in (4, 4, d (d + 1) / 2), in a row, the lower triangle of the four poles' coordinates lies."""
-    i, j = pairs(4 * d)
-    return np.asarray((i // d * 4 + j // d) * len(pairs(d)[0]) + _symmetric(d)[i % d, j % d])
-
-
-def moments(x: Array, metric: Array, pull: Array, starts: Ints) -> tuple[Array, Array]:
-    """Return the sums (4, 4, d (d + 1) / 2, spans) of products of two powers of x, and those (4, d, spans) of one.
-
-    The first are weighted by `metric` (d (d + 1) / 2, n), the lower triangles of the weights of the points' residuals,
-    the second by `pull` (d, n), metric times residual. Points starts[s] to starts[s + 1] belong to span s.
+    Points starts[s] to starts[s + 1] belong to span s; closed, those of the last to the first. `first` are the pulls,
+    (d, n), metric times residual, and behind them the metrics, (d (d + 1) / 2, n), the lower triangles of the weights
+    of the points' residuals. They give squares (m, 4 d, 4 d), power p of coordinate c being number p d + c, and pulls
+    (m, 4 d, 1). Metrics that are one number, (1, n), give squares (m, 4, 4) for any coordinate, and the pulls
+    (m, 4, d) of all.
     """
-    n, e, d = len(x), len(metric), len(pull)
+    n, e = len(x) + 1, len(first) - d
     terms = np.empty((7 * e + 4 * d, n))
-    squares, pulls = terms[: 7 * e].reshape(7, e, n), terms[7 * e :].reshape(4, d, n)
-    for powers, first in ((squares, metric), (pulls, pull)):
-        powers[0] = first
-        for k in range(1, len(powers)):
-            np.multiply(powers[k - 1], x, out=powers[k])
-    sums = np.add.reduceat(terms, np.minimum(starts[:-1], n - 1), axis=1)
-    sums[:, starts[:-1] == starts[1:]] = 0.0
-    return sums[: 7 * e].reshape(7, e, -1)[_HANKEL], sums[7 * e :].reshape(4, d, -1)
+    low, high = terms[: 4 * (d + e)].reshape(4, d + e, n), terms[4 * (d + e) :].reshape(3, e, n)
+    low[0, :, :-1], low[0, :, -1] = first, 0.0  # one more behind the last: spans without points may start there
+    x = np.append(x, 0.0)
+    for k in range(1, 4):
+        np.multiply(low[k - 1], x, out=low[k])
+    for k in range(3):
+        np.multiply(high[k - 1] if k else low[3, d:], x, out=high[k])
+    sums = np.add.reduceat(terms, starts[:-1], axis=1)
+    empty = starts[:-1] == starts[1:]
+    if empty.any():
+        sums[:, empty] = 0.0
+    if closed:
+        sums[:, 0] += sums[:, -1]
+        sums = sums[:, :-1]
+    squares, pulls = _rows(e, d)
+    spans = sums.T
+    return spans.take(squares, axis=1), spans.take(pulls, axis=1).reshape(len(spans), len(squares), -1)
 
 
-def local(squares: Array, pulls: Array, functions: Array, moves: Array | None) -> tuple[Array, Array]:
-    """Return each span's part of the normal equations, (pairs of unknowns, m), and of their right side, (unknowns, m).
+def local(squares: Array, pulls: Array, functions: Array) -> tuple[Array, Array]:
+    """Return each span's part of the normal equations, (m, unknowns, unknowns), and of their right, (m, unknowns, k).
 
-    `squares` and `pulls` as `moments`. `functions` (4 powers, 4, m): those that four poles (4 d unknowns) count with;
-    or (4 powers, 7, m): those of three knots behind them, each along its direction `moves` (d, 3, m). Where the metric
-    is one number, squares (4, 4, 1, m), the matrix is that of any one coordinate.
+    `squares` and `pulls` as `moments`; `functions` (m, 4 d or 4, unknowns): the polynomials that unknowns count with.
     """
-    d, m = pulls.shape[1:]
-    poles = functions[:, :4]
-    half = np.einsum("pqem,qbm->pbem", squares, poles)
-    matrix = np.einsum("pam,pbem->abem", poles, half).reshape(-1, m)[_of_poles(d if squares.shape[2] > 1 else 1)]
-    side = np.einsum("pam,pcm->acm", poles, pulls).reshape(4 * d, m)
-    if moves is None:
-        return matrix, side
-    knots = functions[:, 4:]
-    half = np.einsum("pqem,qkm->pkem", squares, knots)[:, :, _symmetric(d)]  # (4, 3, d, d, m)
-    half = np.einsum("pkcem,ekm->pkcm", half, moves)
-    mixed = np.einsum("pam,pkcm->kacm", poles, half).reshape(3, 4 * d, m)
-    moved = knots[:, :, None] * moves.swapaxes(0, 1)
-    square = np.einsum("plcm,pkcm->klm", moved, half)
-    below = [part for k in range(3) for part in (mixed[k], square[k, : k + 1])]
-    return np.concatenate([matrix, *below]), np.concatenate([side, np.einsum("pkcm,pcm->km", moved, pulls)])
+    across = functions.swapaxes(1, 2)
+    return across @ (squares @ functions), across @ pulls
+
+
+def for_all(functions: Array, d: int, more: int = 0) -> Array:
+    """Return functions (m, 4 powers, 4) of poles as functions (m, 4 d, 4 d + more) of their d coordinates, zeros last.
+
+    >>> for_all(np.arange(1.0, 17.0).reshape(1, 4, 4), 2)[0, :2]
+    array([[1., 0., 2., 0., 3., 0., 4., 0.],
+           [0., 1., 0., 2., 0., 3., 0., 4.]])
+    """
+    out = np.zeros((len(functions), 4, d, 4 * d + more))
+    for c in range(d):
+        out[:, :, c, c : 4 * d : d] = functions
+    return out.reshape(len(functions), 4 * d, -1)
 
 
 def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, held: list[tuple[int, Array]]) -> Array:
@@ -144,8 +143,7 @@ def solve_alike(matrix: Array, sides: Array, layout: Band, damping: float) -> Ar
     """Return as `solve` the poles (blocks not left out, d) where all coordinates have the same `local` matrix."""
     size, unknowns = layout.shape
     banded = _gathered(matrix, layout.entries, size * unknowns).reshape(layout.shape)
-    each = sides.reshape(4, -1, sides.shape[1]).swapaxes(0, 1)
-    right = [_gathered(side, layout.rows, unknowns) for side in each]
+    right = [_gathered(side, layout.rows, unknowns) for side in sides.transpose(2, 0, 1)]
     scale = np.add.reduce(banded[0]) / unknowns
     return _damped(banded, np.column_stack(right), np.array([scale]), np.array([damping]))[layout.order]
 

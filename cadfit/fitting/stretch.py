@@ -26,6 +26,7 @@ _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _LOST = 120.0  # roundings of the largest coordinate: at most so far is a pole moved in place, most at a seam
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
+_FEW = 0.2  # of the time that taking many spans away takes, about: what the first few trials take
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
 _ROUNDS = 12  # of mending what a check finds
@@ -147,12 +148,12 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
     trial = grow(goal, first_knots(goal), goal.u, portion(progress, 0.0, _GROWN), stretch.most)
-    taken_away, searching = fewest if best else few, portion(progress, _GROWN, _NEARLY)
+    searching = portion(progress, _GROWN, _NEARLY)
     searching(0.0)
     if stretch.polyline and not trial.met:
         return None
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, taken_away(trial, searching), rows, progress)
+        fewer, _ = _mended(stretch, _fewer(trial, best, searching), rows, progress)
         if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
             return fewer
     grown, rows = _mended(stretch, trial, rows, progress)
@@ -162,8 +163,14 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, taken_away(grown.trial, searching), rows, progress)
+    fewer, _ = _mended(stretch, _fewer(grown.trial, best, searching), rows, progress)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
+
+
+def _fewer(trial: Trial, best: bool, progress: Progress) -> Trial:
+    """Return the trial with spans taken away; the best by many trials more, from where a few have led."""
+    trial = few(trial, portion(progress, 0.0, _FEW if best else 1.0))
+    return fewest(trial, portion(progress, _FEW, 1.0)) if best else trial
 
 
 def _rounded(stretch: Stretch, progress: Progress) -> Check:

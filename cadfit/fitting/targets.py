@@ -15,7 +15,7 @@ from cadfit.fitting.matching import blocks
 from cadfit.fitting.spans import dot
 
 BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
-_FRACTIONS = np.array([0.25, 0.5, 0.75])
+_QUARTERS = np.array([[(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3] for t in np.linspace(0, 1, 5)])
 _SAMPLES = np.array([[3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3] for t in np.arange(1, 16) / 16])  # of a cubic
 _MOST = 32.0  # times as long as a neighbour: a longer chord gets no more samples
 
@@ -126,7 +126,7 @@ def targets(
     `chain` (chords, 4, d): the curve between the points; `room` (chords,): how far the fit may stray from each.
     """
     n = len(points)
-    start = np.concatenate([[0.0], np.cumsum(_parts(chain).sum(axis=0))])
+    start = np.concatenate([[0.0], np.cumsum(_parts(chain).sum(axis=1))])
     return Targets(
         points.T.copy(),
         np.full(n, tolerance),
@@ -144,9 +144,9 @@ def targets(
 
 
 def _parts(chain: Array) -> Array:
-    """Return the lengths (4, chords) between samples of the pieces."""
-    places = np.stack([bezier.evaluate(chain, t) for t in [0.0, *_FRACTIONS, 1.0]])
-    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=2))
+    """Return the lengths (chords, 4) between samples of the pieces."""
+    steps = np.diff(_QUARTERS @ chain, axis=1)
+    return np.asarray(np.sqrt(np.einsum("nkd,nkd->nk", steps, steps)))
 
 
 def with_samples(goal: Targets) -> Targets:
@@ -166,6 +166,8 @@ def with_samples(goal: Targets) -> Targets:
     bent |= len(chord) == 1  # with given tangents: nothing else says where the poles between the ends lie
     times = np.minimum(chord, _MOST * shorter) / np.maximum(shorter, np.finfo(np.float64).tiny)
     counts = np.where(times > 3.0, np.maximum(0.5 * times, 3.0), np.where(bent, 3.0, 0.0)).astype(np.intp)
+    if not counts.any():
+        return goal
     chosen = np.repeat(np.arange(len(chord)), counts)
     within = np.arange(len(chosen)) - np.repeat(np.cumsum(counts) - counts, counts)
     at = (within + 1.0) / (counts[chosen] + 1.0)

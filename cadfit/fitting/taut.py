@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cadfit.bezier import Array
-from cadfit.fitting.feet import look, look_again, newton, slid, within, wrapped
-from cadfit.fitting.relax import Trial, averaged, checked, held, looping, measured, on_tangents, sums
+from cadfit.fitting.feet import look, look_at, newton, slid, within, wrapped
+from cadfit.fitting.relax import Trial, checked, looping, measured
 from cadfit.fitting.search import importance
 from cadfit.fitting.spans import Curve
-from cadfit.fitting.squares import band, local, solve
+from cadfit.fitting.squares import band, for_all, local, solve
+from cadfit.fitting.steps import averaged, held, on_tangents, sums
 from cadfit.fitting.targets import Targets
 from cadfit.stages import Progress, unheard
 
@@ -97,17 +98,16 @@ def _passed(trial: Trial, stiffness: float) -> Trial:
     beyond = np.maximum(1.0 - _INSIDE / np.maximum(trial.error, _INSIDE), 0.0)
     weight = np.where(beyond > 0.0, 1.0, _REST) / goal.allowed**2
     squares, pulls = sums(curve, seen, beyond * (goal.points - seen.places), weight, _ALONG)
-    bending = _BENDING[:, :, None] * (stiffness / spans.steps**3)
-    diagonal = np.cumsum(np.arange(1, d + 1)) - 1  # of a lower triangle
-    squares[:, :, diagonal] += bending[:, :, None]
-    pulls -= np.einsum("pqm,qdm->pdm", bending, curve.powers)
-    matrices, sides = local(squares, pulls, spans.matrices, None)
+    bending = _BENDING * (stiffness / spans.steps**3)[:, None, None]  # (m, 4, 4)
+    squares += for_all(bending, d)
+    pulls -= (bending @ curve.powers.transpose(2, 0, 1)).reshape(pulls.shape)
+    matrices, sides = local(squares, pulls, for_all(spans.matrices, d))
     layout = band(spans.count, spans.closed, d, False)
     found = solve(matrices, sides, layout, d, np.full(d, _DAMPING), held(goal))
     poles = curve.poles.copy()
     poles[:, slice(None) if spans.closed else slice(1, -1)] += found.T
     curve = Curve(spans, on_tangents(poles, goal))
-    seen, period = look_again(curve, seen), goal.period if goal.closed else None
+    seen, period = look_at(curve, seen.at), goal.period if goal.closed else None
     for _ in range(_STEPS):
         u = slid(u, newton(curve, goal.points, seen), period)
         seen = look(curve, within(curve, u, period))
