@@ -168,9 +168,15 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
 
 
 def _fewer(trial: Trial, best: bool, progress: Progress) -> Trial:
-    """Return the trial with spans taken away; the best by many trials more, from where a few have led."""
+    """Return the trial with spans taken away; the best by many trials more, from where a few have led.
+
+    Those push knots together, so that what they lead to is worth it only if it has fewer spans.
+    """
     trial = few(trial, portion(progress, 0.0, _FEW if best else 1.0))
-    return fewest(trial, portion(progress, _FEW, 1.0)) if best else trial
+    if not best:
+        return trial
+    fewer = fewest(trial, portion(progress, _FEW, 1.0))
+    return fewer if fewer.curve.spans.count < trial.curve.spans.count else trial
 
 
 def _rounded(stretch: Stretch, progress: Progress) -> Check:
