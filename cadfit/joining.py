@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,21 +14,48 @@ from cadfit.bspline import BSpline
 _LONG = 1e2  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
 
 
-def join(curves: BSpline | Sequence[BSpline], tolerance: float = 1e-9) -> BSpline:
+class HasCurves(Protocol):
+    """What carries splines that follow each other: a `cadfit.Fit`, or `cadfit.Curves`."""
+
+    @property
+    def curves(self) -> tuple[BSpline, ...]:
+        """The splines."""
+
+
+Splines: TypeAlias = BSpline | HasCurves | Sequence[BSpline]
+"""One spline, a fit, or splines that follow each other end to end."""
+
+
+def splines_of(curves: Splines) -> tuple[BSpline, ...]:
+    """Return the splines of what has them.
+
+    Raises ValueError where there is none, or something else.
+    """
+    given: Any = getattr(curves, "curves", curves)
+    found: tuple[BSpline, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    if not found:
+        raise ValueError("at least one curve is needed")
+    for curve in found:
+        if not isinstance(curve, BSpline):
+            raise ValueError(f"a curve must be a cadfit.BSpline or a cadfit.Fit, not {curve!r:.80}")
+    return found
+
+
+def join(curves: Splines, tolerance: float = 1e-9) -> BSpline:
     """Return curves that follow each other end to end as one B-spline, with a triple knot at each joint.
 
+    `curves`: splines, or the `Fit` that has them.
     The parameters run on from the first curve's. An end may miss the next start by `tolerance` times the size of
     the largest curve; the later curve's pole is kept. `split` at the joints gives the curves back.
 
-    Raises ValueError for no curves, different dimensions, and naming the joint that is open and by how much.
+    Raises ValueError for no curves, what is no curve, different dimensions, and naming the joint that is open and by
+    how much.
 
     >>> line = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1])
     >>> join([line, line.transformed([[2.0]], 3.0)])
     BSpline(7 poles in 1D, 2 spans, u in [0.0, 2.0])
     """
-    curves = [curves] if isinstance(curves, BSpline) else list(curves)
-    if not curves:
-        raise ValueError("at least one curve is needed")
+    curves = splines_of(curves)
     if len(curves) == 1:
         return curves[0]
     dimensions = [curve.poles.shape[1] for curve in curves]

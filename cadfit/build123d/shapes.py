@@ -10,7 +10,7 @@ from cadfit import occt
 from cadfit.bspline import BSpline
 from cadfit.fitting.approximate import Effort
 from cadfit.fitting.result import Fit
-from cadfit.occt.shapes import Chain, HasCurves
+from cadfit.joining import HasCurves, Splines
 from cadfit.stages import Progress
 
 
@@ -35,7 +35,7 @@ def to_edge(curve: BSpline | HasCurves) -> Edge:
     return Edge(occt.to_edge(curve))
 
 
-def to_wire(curves: Chain) -> Wire:
+def to_wire(curves: Splines) -> Wire:
     """Create a wire of splines that follow each other end to end
 
     Args:
@@ -56,7 +56,7 @@ def to_wire(curves: Chain) -> Wire:
     return Wire(occt.to_wire(curves))
 
 
-def to_face(outer: Chain, holes: Iterable[Chain] = ()) -> Face:
+def to_face(outer: Splines, holes: Iterable[Splines] = ()) -> Face:
     """Create the planar face inside a closed curve, less the holes
 
     Args:

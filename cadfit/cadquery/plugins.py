@@ -14,7 +14,7 @@ from cadfit.cadquery.shapes import to_face
 from cadfit.cadquery.sketch import Sketch, sketched
 from cadfit.cadquery.workplane import Workplane, drawn, profiled
 from cadfit.fitting.result import Fit
-from cadfit.occt.shapes import Chain, chain_of
+from cadfit.joining import Splines, splines_of
 
 Base = TypeVar("Base", bound=cq.Workplane | cq.Sketch)
 
@@ -41,7 +41,7 @@ class ProfileDrawing(Drawing, Protocol):
     """What is drawn: the outline's fit, then the holes'."""
 
 
-def draw(curves: Chain, forConstruction: bool = False, makeWire: bool = False, tag: str | None = None) -> Drawing:
+def draw(curves: Splines, forConstruction: bool = False, makeWire: bool = False, tag: str | None = None) -> Drawing:
     """
     Return what `invoke` takes to draw ready curves, in local coordinates.
 
@@ -54,7 +54,7 @@ def draw(curves: Chain, forConstruction: bool = False, makeWire: bool = False, t
 
         part = Workplane().invoke(draw(cadfit.local_spline(points, closed=True))).close().extrude(2)
     """
-    return _drawing(chain_of(curves), False, forConstruction, makeWire, tag)
+    return _drawing(splines_of(curves), False, forConstruction, makeWire, tag)
 
 
 def fit_spline(

@@ -9,8 +9,8 @@ import cadquery as cq
 from cadfit import occt
 from cadfit.bspline import BSpline
 from cadfit.fitting.result import Fit
+from cadfit.joining import HasCurves, Splines
 from cadfit.occt.checks import Caps
-from cadfit.occt.shapes import Chain, HasCurves
 from cadfit.stages import Progress
 from cadfit.sweeping.laws import Law
 
@@ -31,7 +31,7 @@ def to_edge(curve: BSpline | HasCurves) -> cq.Edge:
     return cq.Edge(occt.to_edge(curve))
 
 
-def to_wire(curves: Chain) -> cq.Wire:
+def to_wire(curves: Splines) -> cq.Wire:
     """
     Make a wire of splines that follow each other end to end; consecutive edges share a vertex.
 
@@ -48,7 +48,7 @@ def to_wire(curves: Chain) -> cq.Wire:
     return cq.Wire(occt.to_wire(curves))
 
 
-def to_face(outer: Chain, holes: Iterable[Chain] = ()) -> cq.Face:
+def to_face(outer: Splines, holes: Iterable[Splines] = ()) -> cq.Face:
     """
     Make the plane face inside a closed curve, less the holes.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +14,9 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bounds
 from cadfit.fitting.matching import blocks, distances, match
 from cadfit.fitting.starting import match_around, to_the_ends
-from cadfit.joining import join
+from cadfit.joining import Splines, join, splines_of
 from cadfit.points.clean import as_contour, check_largest
 from cadfit.stages import Progress, portion, rising, stage, unheard
-
-if TYPE_CHECKING:
-    from cadfit.fitting.result import Fit
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
 _MATCHED = 0.6  # of the time, about: where the points are matched
@@ -45,9 +41,7 @@ class Deviation:
     worst: int
 
 
-def deviation(
-    curves: BSpline | Sequence[BSpline] | Fit, points: ArrayLike, closed: bool = False, progress: Progress | None = None
-) -> Deviation:
+def deviation(curves: Splines, points: ArrayLike, closed: bool = False, progress: Progress | None = None) -> Deviation:
     """Return certified upper bounds on the distance between curves, joined end to end, and ordered points (n, d).
 
     `curves`: a `BSpline`, several, or the `Fit` that has them. Both bounds hold for every place of the curve, not for
@@ -66,8 +60,7 @@ def deviation(
     >>> far.points < 1e-12, round(far.between, 3)
     (True, 0.75)
     """
-    several: Any = getattr(curves, "curves", curves)
-    chain = [curves] if isinstance(curves, BSpline) else list(several)
+    chain = splines_of(curves)
     spline = join(chain)
     opening = max((_gap(a, b) for a, b in pairwise(chain)), default=0.0)  # joining moves the curve by that much at most
     given = as_contour(points, closed)

@@ -11,14 +11,15 @@ from OCP.TopoDS import TopoDS_Face
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
+from cadfit.joining import Splines, splines_of
 from cadfit.occt.kernel import CONFUSION, KernelError, building
-from cadfit.occt.shapes import Chain, chain_of, to_wire
+from cadfit.occt.shapes import to_wire
 from cadfit.regions import inside, meeting, signed_area
 
 _EPS = float(np.finfo(np.float64).eps)
 
 
-def to_face(outer: Chain, holes: Iterable[Chain] = ()) -> TopoDS_Face:
+def to_face(outer: Splines, holes: Iterable[Splines] = ()) -> TopoDS_Face:
     """Return the plane face inside a closed curve, less the holes.
 
     `outer` and each of `holes`: a spline, a fit, or splines that follow each other, closed, in 2D or in one plane of
@@ -34,7 +35,7 @@ def to_face(outer: Chain, holes: Iterable[Chain] = ()) -> TopoDS_Face:
     """
     if isinstance(holes, BSpline) or hasattr(holes, "curves"):
         raise ValueError("holes must be a list of closed curves, one for each hole, not one curve")
-    loops = [chain_of(outer), *(chain_of(hole) for hole in holes)]
+    loops = [splines_of(outer), *(splines_of(hole) for hole in holes)]
     names = ["the outer curve", *(f"hole {k}" for k in range(len(loops) - 1))]
     for name, loop in zip(names, loops, strict=True):
         if (gap := float(np.linalg.norm(loop[-1].poles[-1] - loop[0].poles[0]))) > CONFUSION:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Protocol, TypeAlias
 
 import numpy as np
 from OCP.BRep import BRep_Builder
@@ -19,34 +18,9 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shape, TopoDS_Vertex, TopoDS_Wire
 
 from cadfit.bspline import DEGREE, BSpline
+from cadfit.joining import HasCurves, Splines, splines_of
 from cadfit.occt.geometry import curve as kernel_curve
 from cadfit.occt.kernel import CONFUSION, KernelError, Shapes, as_edge, as_face, building
-
-
-class HasCurves(Protocol):
-    """What carries splines that follow each other: a `cadfit.Fit`, or `cadfit.Curves`."""
-
-    @property
-    def curves(self) -> tuple[BSpline, ...]:
-        """The splines."""
-
-
-Chain: TypeAlias = BSpline | HasCurves | Sequence[BSpline]
-"""One spline, a fit, or splines that follow each other end to end."""
-
-
-def chain_of(curves: Chain) -> tuple[BSpline, ...]:
-    """Return the splines of a chain.
-
-    Raises ValueError where there is none, or something else.
-    """
-    found = (curves,) if isinstance(curves, BSpline) else tuple(getattr(curves, "curves", curves))  # type: ignore[arg-type]
-    if not found:
-        raise ValueError("a wire needs at least one curve")
-    for curve in found:
-        if not isinstance(curve, BSpline):
-            raise ValueError(f"a curve must be a cadfit.BSpline or a cadfit.Fit, not {curve!r:.80}")
-    return found
 
 
 def to_edge(curve: BSpline | HasCurves) -> TopoDS_Edge:
@@ -56,19 +30,19 @@ def to_edge(curve: BSpline | HasCurves) -> TopoDS_Edge:
     is a closed edge. Raises ValueError for a dimension other than 2 or 3, for a fit that corners split (`to_wire` takes
     it), and where all poles lie within `CONFUSION`; KernelError where the kernel refuses.
     """
-    found = chain_of(curve)
+    found = splines_of(curve)
     if len(found) > 1:
         raise ValueError(f"{len(found)} curves, split at corners, are no single edge: to_wire makes a wire of them")
     return _chain([_lifted(found[0])])[0]
 
 
-def to_wire(curves: Chain) -> TopoDS_Wire:
+def to_wire(curves: Splines) -> TopoDS_Wire:
     """Return the wire of splines that follow each other end to end (or of a fit); consecutive edges share a vertex.
 
     The wire is closed when the last end is the first start. Raises ValueError when there is no curve or a joint is
     open by more than `CONFUSION`, naming the joint, and as `to_edge`.
     """
-    curves = [_lifted(curve) for curve in chain_of(curves)]
+    curves = [_lifted(curve) for curve in splines_of(curves)]
     for k, (before, after) in enumerate(pairwise(curves)):
         if (gap := _gap(before, after)) > CONFUSION:
             raise ValueError(f"curve {k} ends {gap:.3g} away from the start of curve {k + 1}: not one wire")

@@ -123,11 +123,8 @@ def _polygon(loop: BSpline, tolerance: float, area: float) -> Array:
 
 def _loop(shape: Any) -> BSpline:
     """Return one closed B-spline of a polygon, a spline, a fit or several curves."""
-    if isinstance(shape, BSpline):
-        return shape
-    if hasattr(shape, "curves"):
-        return join(shape.curves)
-    if isinstance(shape, (list, tuple)) and shape and all(isinstance(each, BSpline) for each in shape):
+    several = isinstance(shape, (list, tuple)) and shape and all(isinstance(each, BSpline) for each in shape)
+    if several or isinstance(shape, BSpline) or hasattr(shape, "curves"):
         return join(shape)
     try:
         points = np.asarray(shape, dtype=np.float64)

@@ -57,11 +57,8 @@ class Wanted:
 
 def path_of(path: Any) -> BSpline:
     """Return the path of a spline, a fit or several curves as one B-spline in three dimensions."""
-    if isinstance(path, (list, tuple)):
-        path = join(path)
-    elif hasattr(path, "curves"):
-        path = join(path.curves)
-    return lifted(path)
+    several = isinstance(path, (list, tuple)) or hasattr(path, "curves")
+    return lifted(join(path) if several else path)
 
 
 def positive(value: Any, name: str) -> float:
