@@ -6,6 +6,7 @@ single walls and around triangles, and at last triangle by triangle, as the mesh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from cadfit.sweeping.spinors import running
 from cadfit.sweeping.triangles import crossing
 
 APART = 0.5 * np.pi  # parts of a path between which it turns less do not meet, unless a bend is too tight
+_COARSE = 8  # times half a reach: how far apart places are sampled at first
 _MOST_SAMPLES = 200_000
 _MOST_PAIRS = 500_000  # of places near each other; where there are more, only the nearest
 _ASKED = 500  # places that are asked how many others are near
@@ -55,7 +57,7 @@ def near_parts(
 
     `centres`, `tangents` (3, n), both ends of a closed path too. Only places count between which the path turns by a
     right angle or more, or takes one of the `tight` steps (n - 1,). Places are sampled 4 reaches apart, and near others
-    half of one. The nearest come first.
+    by halves down to half of one. The nearest come first.
     """
     turning = norms(tangents[:, 1:] - tangents[:, :-1])  # chords of the angles: a little less
     if tight is not None:
@@ -65,9 +67,10 @@ def near_parts(
         return np.empty((0, 2))
     s = running(np.add, 0.0, norms(centres[:, 1:] - centres[:, :-1]))
     length = float(s[-1])
-    unit = max(0.5 * reach, length / (8 * _MOST_SAMPLES))
-    marks = np.arange(0, int(length / unit) + 9, 8)
-    for spacing in (8, 1):
+    unit = max(0.5 * reach, length / (_COARSE * _MOST_SAMPLES))
+    last = int(length / unit) + 1
+    marks = np.arange(0, last + _COARSE, _COARSE)
+    for spacing in 2 ** np.arange(int(math.log2(_COARSE)), -1, -1):
         samples = np.minimum(unit * marks, length)
         places = np.stack([np.interp(samples, s, row) for row in centres], axis=1)
         found = _pairs(places, 2.0 * reach + spacing * unit)
@@ -78,9 +81,11 @@ def near_parts(
         found = found[between >= APART]
         if not len(found):
             return np.empty((0, 2))
-        # Finer ones only about those that are near others.
-        finer = marks[np.unique(found)][:, None] + np.arange(-8, 9)
-        marks = np.unique(np.clip(finer, 0, int(length / unit) + 1))
+        if spacing > 1:  # twice as fine, but only about those that are near others
+            near, finer = np.zeros(len(marks), dtype=bool), np.zeros(last + 1, dtype=bool)
+            near[found] = True
+            finer[np.clip(marks[near] + spacing // 2 * np.arange(-2, 3)[:, None], 0, last)] = True
+            marks = np.flatnonzero(finer)
     first, second = places[found.T]
     nearest = np.argsort(np.linalg.norm(first - second, axis=1), kind="stable")
     return np.asarray(samples[found[nearest]])
