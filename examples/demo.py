@@ -37,7 +37,7 @@ def light(folder, points):
     # Within a tolerance, at the points and between them, instead of through them: with as few poles as that takes.
     fit = cadfit.fit(points, WITHIN)
     cadfit.write(folder / "airfoil_light.step", fit.spline, unit="mm")
-    return points, fit.spline
+    return fit.spline
 
 
 def protein(folder):
@@ -110,7 +110,7 @@ def main(folder):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     contour, around = airfoil(folder)
-    _, within = light(folder, contour)
+    within = light(folder, contour)
     trace, along = protein(folder)
 
     console = Console(highlight=False)

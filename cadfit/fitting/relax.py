@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.feet import Look, found, look, look_at, newton, slid, within, wrapped
+from cadfit.fitting.feet import Look, Place, found, look, look_at, newton, slid, within, wrapped
 from cadfit.fitting.spans import Curve, dot
 from cadfit.fitting.steps import averaged, held, nearest, with_knots, with_poles
 from cadfit.fitting.targets import Targets, sampled
@@ -109,9 +109,12 @@ def _passed(trial: Trial, weights: Array, move_knots: bool) -> Trial:
     if move_knots:
         curve, u = wrapped(with_knots(goal, curve, seen, weights), u)
         seen = look(curve, u)
-    curve = with_poles(goal, curve, seen, weights)
-    seen = look_at(curve, seen.at)
-    period = goal.period if goal.closed else None
+    return slid_feet(goal, with_poles(goal, curve, seen, weights), u, weights, seen.at)
+
+
+def slid_feet(goal: Targets, curve: Curve, u: Array, weights: Array, at: Place) -> Trial:
+    """Return the trial of a curve with the targets' parameters u (n,), which are at that place of it, slid along."""
+    seen, period = look_at(curve, at), goal.period if goal.closed else None
     for _ in range(_STEPS):
         u = slid(u, newton(curve, goal.points, seen), period)
         seen = look(curve, within(curve, u, period))

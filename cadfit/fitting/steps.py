@@ -42,15 +42,16 @@ def nearest(goal: Targets, curve: Curve, at: Place) -> Curve:
 
 def with_poles(goal: Targets, curve: Curve, seen: Look, weights: Array, along: float = _ALONG) -> Curve:
     """Return the curve with the least-squares poles at its knots, seen at the targets' parameters."""
+    return solved(goal, curve, *_equations(goal, curve, seen, weights, along, False), _DAMPING)
+
+
+def solved(goal: Targets, curve: Curve, matrices: Array, sides: Array, damping: float) -> Curve:
+    """Return the curve with the poles moved by what solves normal equations, given as `squares.local`."""
     spans, d = curve.spans, len(curve.poles)
-    found = solve(
-        *_equations(goal, curve, seen, weights, along, False),
-        band(spans.count, spans.closed, d, False),
-        d,
-        np.full(d, _DAMPING),
-        held(goal),
+    layout = band(spans.count, spans.closed, d, False)
+    return Curve(
+        spans, on_tangents(_plus(curve, solve(matrices, sides, layout, d, np.full(d, damping), held(goal))), goal)
     )
-    return Curve(spans, on_tangents(_plus(curve, found), goal))
 
 
 def _plus(curve: Curve, moves: Array) -> Array:

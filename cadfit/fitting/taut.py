@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cadfit.bezier import Array
-from cadfit.fitting.feet import look, look_at, newton, slid, within, wrapped
-from cadfit.fitting.relax import Trial, checked, looping, measured
+from cadfit.fitting.feet import wrapped
+from cadfit.fitting.relax import Trial, checked, looping, measured, slid_feet
 from cadfit.fitting.search import importance
-from cadfit.fitting.spans import Curve
-from cadfit.fitting.squares import band, for_all, local, solve
-from cadfit.fitting.steps import averaged, held, on_tangents, sums
+from cadfit.fitting.squares import for_all, local
+from cadfit.fitting.steps import averaged, solved, sums
 from cadfit.fitting.targets import Targets
 from cadfit.stages import Progress, unheard
 
@@ -29,7 +28,6 @@ _REST = 0.01  # the weight of what is within: it tends to stay
 _ALONG = 0.05  # of a residual's part along the curve
 _STIFF, _SOFTER, _PASSES = 500.0, 0.4, 12  # the bending's weight in tolerances, at first; times that each pass
 _DAMPING = 1e-9
-_STEPS = 2
 _SWEEPS, _ROUNDS, _REPAIRS = 2, 20, 8
 _BENDING = np.zeros((4, 4))  # the integrals over [0, 1] of products of the second derivatives of 1, x, x^2 and x^3
 _BENDING[2:, 2:] = [[4.0, 6.0], [6.0, 12.0]]
@@ -102,16 +100,7 @@ def _passed(trial: Trial, stiffness: float) -> Trial:
     squares += for_all(bending, d)
     pulls -= (bending @ curve.powers.transpose(2, 0, 1)).reshape(pulls.shape)
     matrices, sides = local(squares, pulls, for_all(spans.matrices, d))
-    layout = band(spans.count, spans.closed, d, False)
-    found = solve(matrices, sides, layout, d, np.full(d, _DAMPING), held(goal))
-    poles = curve.poles.copy()
-    poles[:, slice(None) if spans.closed else slice(1, -1)] += found.T
-    curve = Curve(spans, on_tangents(poles, goal))
-    seen, period = look_at(curve, seen.at), goal.period if goal.closed else None
-    for _ in range(_STEPS):
-        u = slid(u, newton(curve, goal.points, seen), period)
-        seen = look(curve, within(curve, u, period))
-    return measured(goal, curve, u, trial.weights, seen)
+    return slid_feet(goal, solved(goal, curve, matrices, sides, _DAMPING), u, trial.weights, seen.at)
 
 
 def _inner(trial: Trial) -> Array:
