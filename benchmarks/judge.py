@@ -58,7 +58,7 @@ def measured(fit, points, closed, between="curve"):
         rows = slice(first, first + _AT_ONCE)
         a, b = ends[:-1][rows, None], ends[1:][rows, None]
         at = a + np.linspace(0.0, 1.0, PER_CHORD) * (np.where(b < a, b + high - low, b) - a)
-        places = curve(np.where(at > high, at - (high - low), at))
+        places = curve(np.where(at > high, at - (high - low), at) if closed else np.minimum(at, high))
         strays[rows] = to_segment(places, around[:-1][rows], around[1:][rows]).max(axis=1)
     if between == "curve":
         merged = not np.any(np.diff(centred, axis=0), axis=1).all()  # by rounding, about the middle

@@ -454,6 +454,32 @@ def test_reversed_moved_turned_and_scaled_points_have_the_same_fit(seed, closed,
 # Bad arguments.
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e200])
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_direction_may_be_given_at_one_end_alone(which, scale):
+    x = np.linspace(0.0, 6.0, 60)
+    points = np.column_stack([x, np.sin(x)])
+    given, directions = [None, None], np.array([[1.0, 1.4], [1.0, 0.7]])
+    given[which] = scale * directions[which]
+    fit = cadfit.fit(points, 0.01, end_tangents=given)
+    ends = [fit.spline.derivative(u) for u in fit.spline.domain]
+    turned = [
+        abs(np.linalg.det(vectors) / np.prod(np.linalg.norm(vectors, axis=1)))
+        for vectors in (np.array([end, direction]) for end, direction in zip(ends, directions, strict=True))
+    ]
+    assert turned[which] < 1e-9
+    assert turned[1 - which] > 1e-3
+    held(fit, type(OWN["leaf"])(points, False))
+
+
+def test_nothing_is_divided_by_errors_that_are_all_zero():
+    """On a line a curve meets its points exactly."""
+    for seed in range(40):
+        points = np.round(np.random.default_rng(seed).normal(size=(4, 1)), 1)
+        if len(np.unique(points)) == 4:
+            cadfit.fit(points, 1e-3, between="polyline", corners=None)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -475,6 +501,10 @@ def test_reversed_moved_turned_and_scaled_points_have_the_same_fit(seed, closed,
         ({"end_tangents": np.ones((2, 2))}, "a closed curve has no ends"),
         ({"end_tangents": np.ones((2, 3)), "closed": False}, r"two finite directions, shape \(2, 2\)"),
         ({"end_tangents": np.zeros((2, 2)), "closed": False}, "none of them zero"),
+        ({"end_tangents": [[1, 0], [1, np.nan]], "closed": False}, "two finite directions"),
+        ({"end_tangents": [[1, 0]], "closed": False}, "two finite directions"),
+        ({"end_tangents": [[1, 0], "up"], "closed": False}, "two finite directions"),
+        ({"end_tangents": 5.0, "closed": False}, "two finite directions"),
         ({"points": [[0, 0], [1, np.inf], [2, 2]]}, "row 1"),
         ({"points": [[1, 1], [1, 1]], "closed": False}, "at least 2 distinct points"),
     ],

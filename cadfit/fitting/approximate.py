@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from collections.abc import Iterable
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +20,7 @@ from cadfit.stages import Progress, portion, rising, stage
 Between = Literal["curve", "polyline"]
 Effort = Literal["fast", "best"]
 Corners = Literal["auto"] | float | ArrayLike | None
+EndTangents: TypeAlias = Iterable[ArrayLike | None]
 
 _POLYLINE_CORNER = float(np.radians(35.0))  # a vertex of the shape need not stand out from its neighbours
 _EPS = float(np.finfo(np.float64).eps)
@@ -33,7 +35,7 @@ def fit(
     between: Between = "curve",
     effort: Effort = "best",
     weights: ArrayLike | None = None,
-    end_tangents: ArrayLike | None = None,
+    end_tangents: EndTangents | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Return C2 cubic B-splines within `tolerance` of ordered points, certified, with as few poles as were found.
@@ -48,7 +50,8 @@ def fit(
     first. `corners`: where one curve ends and the next begins, each such point being kept exactly: "auto"
     (`cadfit.find_corners`), the least angle in radians that is one, rows of `points`, or None. Open ends are kept
     exactly, too. `effort`: "fast", or "best" for fewer poles in five times the time. `weights` (n,): how much each
-    point counts in the least squares; the tolerance holds for all. `end_tangents` (2, d): directions at open ends.
+    point counts in the least squares; the tolerance holds for all. `end_tangents` (2, d): directions at open ends, None
+    in place of one that is free.
     `progress` is called with the part that is done, from 0 to 1; raising from it stops the fit.
 
     Raises ValueError for bad points (naming the row), a tolerance that is not positive or that float64 cannot hold at
@@ -97,7 +100,7 @@ def fit(
             f"no curve was found within {tolerance:g}, but one within {max(found.points, found.between):.3g}: "
             "is the tolerance near the rounding errors?"
         )
-    asked = {"closed": closed, "corners": corners, "between": between, "effort": effort}
+    asked: dict[str, Any] = {"closed": closed, "corners": corners, "between": between, "effort": effort}
     asked |= {"weights": weights, "end_tangents": end_tangents}
     unusual = {name: value for name, value in asked.items() if value is not (fit.__kwdefaults__ or {})[name]}
     return Fit(
@@ -128,16 +131,28 @@ def _weights(weights: ArrayLike | None, n: int) -> Array:
     return array
 
 
-def _tangents(tangents: ArrayLike | None, points: Array, closed: bool) -> tuple[Array | None, Array | None]:
+def _tangents(tangents: EndTangents | None, points: Array, closed: bool) -> tuple[Array | None, Array | None]:
+    """Return the unit directions at both ends of the curve, where they are given."""
     if tangents is None:
         return None, None
     if closed:
         raise ValueError("a closed curve has no ends: leave end_tangents out")
-    array = np.asarray(tangents, dtype=np.float64)
-    if array.shape != (2, points.shape[1]) or not np.isfinite(array).all() or not array.any(axis=1).all():
-        raise ValueError(f"end_tangents must be two finite directions, shape (2, {points.shape[1]}), none of them zero")
-    unit = array / np.linalg.norm(array, axis=1)[:, None]
-    return unit[0], unit[1]
+    d = points.shape[1]
+    try:
+        first, last = (None if each is None else np.array(each, dtype=np.float64) for each in tangents)
+    except (TypeError, ValueError):  # another number of them, text
+        first = last = np.empty(0)
+    for direction in (first, last):
+        if direction is not None:
+            size = np.abs(direction).max(initial=0.0)
+            if direction.shape != (d,) or not 0.0 < size < np.inf:
+                raise ValueError(
+                    f"end_tangents must be two finite directions, shape (2, {d}), none of them zero, None where one is "
+                    f"free, and not {tangents!r:.80}"
+                )
+            direction /= size  # so that its square is a number
+            direction /= np.linalg.norm(direction)
+    return first, last
 
 
 def _corners(corners: Corners, points: Array, tolerance: float, closed: bool, polyline: bool, kept: Ints) -> Ints:

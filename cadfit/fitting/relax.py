@@ -17,6 +17,7 @@ _LOOKS = np.arange(1, 8) / 8.0
 _SHIFT = 0.5  # how strongly weight goes to large errors
 _CALM = 0.3  # the same with moving knots, where there are many passes
 _ROUNDING = 1e-9  # of the room: bounds that near it are looked at more closely
+_NO_ERROR = 1e-100  # of all targets together: then no weight is shifted
 _STEPS = 2
 _PATIENCE = 6  # passes over which a rate is taken, at most: to wait for nine found next to nothing more
 
@@ -98,7 +99,7 @@ def settled(trial: Trial, passes: int) -> Trial:
 def _shifted(trial: Trial, exponent: float, move_knots: bool) -> Trial:
     """Return the trial after a pass with weight shifted to the largest errors, as strongly as the exponent says."""
     count = len(trial.error)  # sums, since means take several times as long
-    weights = trial.weights * (trial.error * (0.9 * count / np.add.reduce(trial.error)) + 0.1) ** exponent
+    weights = trial.weights * (trial.error * (0.9 * count / (np.add.reduce(trial.error) + _NO_ERROR)) + 0.1) ** exponent
     weights *= count / np.add.reduce(weights)
     return checked(_passed(trial, weights, move_knots))
 

@@ -126,5 +126,7 @@ def written(function: str, *arguments: float, **options: Any) -> str:
 def _written(name: str, value: Any) -> str:
     if value is None or isinstance(value, str | bool):
         return repr(value)
+    if isinstance(value, list | tuple) and any(each is None for each in value):
+        return f"[{', '.join(_written(name, each) for each in value)}]"
     array = np.asarray(value)
     return name if array.size > 64 else repr(array.tolist())
