@@ -14,6 +14,8 @@ from scipy.linalg.lapack import dpbsv
 
 from cadfit.bezier import Array, Ints
 
+_FEW = 200  # spans: layouts of so many are small, and kept
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
@@ -30,9 +32,13 @@ class Band:
     order: Ints  # (blocks,): the place of each block that is not left out
 
 
-@lru_cache(maxsize=1024)
 def band(m: int, closed: bool, d: int, knots: bool) -> Band:
     """Return the layout for m spans (closed: 4 or more) of poles in d dimensions, `knots` being unknown, too."""
+    return (_band if m <= _FEW else _large_band)(m, closed, d, knots)
+
+
+@lru_cache(maxsize=512)
+def _band(m: int, closed: bool, d: int, knots: bool) -> Band:
     q, blocks = d + knots, m if closed else m + 3
     place = np.arange(blocks) - (not closed)
     if closed:
@@ -52,6 +58,9 @@ def band(m: int, closed: bool, d: int, knots: bool) -> Band:
     rows = np.where(used[:, block], unknown, count * q)
     order = place if closed else place[1:-1]
     return Band(entries.ravel(), rows.ravel(), (width, count * q), order)
+
+
+_large_band = lru_cache(maxsize=8)(_band.__wrapped__)  # of the last few numbers of spans: they take megabytes
 
 
 @cache
