@@ -534,3 +534,12 @@ def test_progress_runs_to_one():
         assert len(seen) >= 3
         assert seen == sorted(seen)
         assert seen[-1] == 1.0
+
+
+def test_spans_that_a_check_took_back_are_taken_away_again():
+    """A tolerance below the noise: what the check of few spans mends may have every span again."""
+    angle = np.linspace(0, 2 * np.pi, 501)[:-1]
+    for seed in (0, 1):
+        radius = 50 + np.random.default_rng(seed).normal(scale=0.05, size=500)
+        scan = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        assert cadfit.fit(scan, 0.01, closed=True, effort="fast").poles < 450

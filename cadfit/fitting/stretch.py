@@ -153,8 +153,10 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
     if stretch.polyline and not trial.met:
         return None
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        fewer, _ = _mended(stretch, _fewer(trial, best, searching), rows, progress)
-        if fewer.passed and len(fewer.spline.poles) <= trial.curve.spans.count + 3:
+        reduced = _fewer(trial, best, searching)
+        fewer, _ = _mended(stretch, reduced, rows, progress)
+        given_back = len(fewer.spline.poles) - 3 - reduced.curve.spans.count  # spans: a check in noise may take all
+        if fewer.passed and (not given_back or len(fewer.spline.poles) < trial.curve.spans.count + 3):
             return fewer
     grown, rows = _mended(stretch, trial, rows, progress)
     if not grown.passed:
