@@ -27,9 +27,13 @@ Splines: TypeAlias = BSpline | HasCurves | Sequence[BSpline]
 
 
 def splines_of(curves: Splines) -> tuple[BSpline, ...]:
-    """Return the splines of what has them.
+    """Return the splines that follow each other: the one, those of a fit, or the several.
 
     Raises ValueError where there is none, or something else.
+
+    >>> line = BSpline([[0.0], [1.0], [2.0], [3.0]], [0, 0, 0, 0, 1, 1, 1, 1])
+    >>> splines_of(line) == splines_of([line]) == (line,)
+    True
     """
     given: Any = getattr(curves, "curves", curves)
     found: tuple[BSpline, ...] = tuple(given) if isinstance(given, Iterable) else (given,)

@@ -472,12 +472,11 @@ def test_a_direction_may_be_given_at_one_end_alone(which, scale):
     held(fit, type(OWN["leaf"])(points, False))
 
 
-def test_nothing_is_divided_by_errors_that_are_all_zero():
-    """On a line a curve meets its points exactly."""
-    for seed in range(40):
-        points = np.round(np.random.default_rng(seed).normal(size=(4, 1)), 1)
-        if len(np.unique(points)) == 4:
-            cadfit.fit(points, 1e-3, between="polyline", corners=None)
+@pytest.mark.parametrize(("values", "tolerance"), [([0.9, 2.6, 1.0, 0.0], 1e-3), ([-1.7, -2.2, -1.3, -2.0], 1e-2)])
+def test_nothing_is_divided_by_errors_that_are_all_zero(values, tolerance):
+    """On a line a pass may meet all points exactly, to the last bit."""
+    points = np.array(values)[:, None]
+    held(cadfit.fit(points, tolerance, between="polyline", corners=None), type(OWN["leaf"])(points, False), "polyline")
 
 
 @pytest.mark.parametrize(

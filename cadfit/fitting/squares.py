@@ -149,7 +149,10 @@ def solve(matrices: Array, sides: Array, layout: Band, d: int, damping: Array, h
 
 
 def solve_alike(matrix: Array, sides: Array, layout: Band, damping: float) -> Array:
-    """Return as `solve` the poles (blocks not left out, d) where all coordinates have the same `local` matrix."""
+    """Return as `solve` the poles (blocks not left out, d) where all coordinates have the same `local` matrix.
+
+    `matrix` (m, 4, 4), `sides` (m, 4, d); `damping` is added to the diagonal, relative to its mean.
+    """
     size, unknowns = layout.shape
     banded = _gathered(matrix, layout.entries, size * unknowns).reshape(layout.shape)
     right = [_gathered(side, layout.rows, unknowns) for side in sides.transpose(2, 0, 1)]
@@ -163,7 +166,11 @@ def _gathered(values: Array, places: Ints, count: int) -> Array:
 
 
 def _damped(matrix: Array, right: Array, scale: Array, damping: Array) -> Array:
-    """Return the solution of the banded equations, `damping` times scale added to the diagonal, and more if need be."""
+    """Return the solution of banded equations, `damping` times scale added to the diagonal, and more if need be.
+
+    `matrix` (width, unknowns): LAPACK's lower band, its first row overwritten. `right` (unknowns,) or (unknowns, k).
+    `scale` and `damping` (q,): of q unknowns in turn.
+    """
     diagonal, ridge = matrix[0].reshape(-1, len(damping)), damping
     for _ in range(8):
         diagonal += ridge * scale + 1e-300

@@ -148,16 +148,16 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
     rows = np.arange(n) if n <= _MANY else spread(np.array([0, n - 1]), _SOME)
     goal = stretch.goal(rows)
     trial = grow(goal, first_knots(goal), goal.u, portion(progress, 0.0, _GROWN), stretch.most)
-    searching = portion(progress, _GROWN, _NEARLY)
+    taken_away, searching = _fewest if best else few, portion(progress, _GROWN, _NEARLY)
     searching(0.0)
     if stretch.polyline and not trial.met:
         return None
     if trial.met and len(rows) == n:  # so far as samples tell: nearly always enough for a check to pass
-        reduced = _fewer(trial, best, searching)
+        reduced = taken_away(trial, searching)
         fewer, _ = _mended(stretch, reduced, rows, progress)
-        given_back = len(fewer.spline.poles) - 3 - reduced.curve.spans.count  # spans: a check in noise may take all
-        if fewer.passed and (not given_back or len(fewer.spline.poles) < trial.curve.spans.count + 3):
-            return fewer
+        count = fewer.trial.curve.spans.count
+        if fewer.passed and (count == reduced.curve.spans.count or count < trial.curve.spans.count):
+            return fewer  # else mending gave all spans back, as in noise: once more, from what passes
     grown, rows = _mended(stretch, trial, rows, progress)
     if not grown.passed:
         if stretch.polyline:
@@ -165,18 +165,16 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
         grown, rows = _surely(stretch), np.arange(n)
         if n > _MANY:  # less than the noise was asked of so many points: hours would take few poles away
             return grown
-    fewer, _ = _mended(stretch, _fewer(grown.trial, best, searching), rows, progress)
+    fewer, _ = _mended(stretch, taken_away(grown.trial, searching), rows, progress)
     return fewer if fewer.passed and len(fewer.spline.poles) < len(grown.spline.poles) else grown
 
 
-def _fewer(trial: Trial, best: bool, progress: Progress) -> Trial:
-    """Return the trial with spans taken away; the best by many trials more, from where a few have led.
+def _fewest(trial: Trial, progress: Progress) -> Trial:
+    """Return the trial with spans taken away by many trials, from where a few have led.
 
-    Those push knots together, so that what they lead to is worth it only if it has fewer spans.
+    Many push knots together, so that what they lead to is worth it only if it has fewer spans.
     """
-    trial = few(trial, portion(progress, 0.0, _FEW if best else 1.0))
-    if not best:
-        return trial
+    trial = few(trial, portion(progress, 0.0, _FEW))
     fewer = fewest(trial, portion(progress, _FEW, 1.0))
     return fewer if fewer.curve.spans.count < trial.curve.spans.count else trial
 
