@@ -81,10 +81,10 @@ def test_the_search_is_the_literal_one_where_pieces_are_long(closed):
 @given(rough_points(), st.integers(0, 2**32 - 1))
 def test_a_piece_in_plain_floats_is_the_same_to_the_last_bit(points, seed):
     rows = np.random.default_rng(seed).integers(0, len(points), 4)
-    inside = points_inside(len(points), rows[None])
+    inside, columns = points_inside(len(points), rows[None]), np.ascontiguousarray(points.T[:3])
     if rows[1] != rows[2]:
-        squares = piece_squares(array("d", points.tobytes()), points.shape[1], *rows.tolist())
-        assert squares == square_distances(np.ascontiguousarray(points.T), rows[None], inside)[1].tolist()
+        axes = [array("d", axis) for axis in [*columns, *np.zeros((3 - len(columns), len(points)))]]
+        assert piece_squares(*axes, *rows.tolist()) == square_distances(columns, rows[None], inside)[1].tolist()
 
 
 @given(point_rows(dimensions=(2,), least=3))

@@ -14,10 +14,11 @@ from cadfit.fitting.dominant_optimum import rearranged
 from cadfit.fitting.dominant_pieces import (
     chain_error,
     drop_costs,
+    errors_near,
     padded,
-    padded_errors,
     pieces_of,
     points_inside,
+    start_errors,
     window_errors,
 )
 from cadfit.stages import Progress, unheard
@@ -27,10 +28,11 @@ _SHARE = 0.8  # of what is still to go, at most this is dropped in a round: at 0
 _STEPS = (-1, 1, -2, 2)  # rows a dominant point is moved by
 _CANDIDATES = 8  # points of a piece that are tried as dominant ones
 _ROUNDS = 8
+_PART = 0.01  # a round that lowers the error by less than this part is the last
 _LEAST = 1e-12  # the part of the error by which a change must lower it: less is rounding
 _FEW = 130  # dominant points that are rearranged
 _LONGER = 2  # the longest step tried above the longest there is
-_WORK = 1e6  # sums to compare: what the longest step tried goes by
+_WORK = 5e5  # sums to compare: what the longest step tried goes by
 
 
 def improved(
@@ -60,31 +62,37 @@ def thinned(columns: Array, count: int, closed: bool) -> Ints:
 
     Each round drops many that are apart, the least costly first.
     """
-    indices = np.arange(columns.shape[1])
+    indices, errors = np.arange(columns.shape[1]), np.zeros(columns.shape[1])
     while (surplus := len(indices) - count) > 0:
-        costs = drop_costs(columns, indices, closed, padded_errors(columns, indices, closed))
+        costs, then = drop_costs(columns, indices, closed, errors)
         most = int(_SHARE * (surplus - 1)) + 1
         order = np.argsort(costs, kind="stable")[:most]
-        indices = np.delete(indices, _apart(order[np.isfinite(costs[order])], len(indices)))
+        dropped = _apart(order[np.isfinite(costs[order])], len(indices))
+        errors[(dropped[:, None] + np.array([-2, -1, 1])) % len(errors)] = then[dropped]
+        indices, errors = np.delete(indices, dropped), np.delete(errors, dropped)
     return indices
 
 
 def settled(columns: Array, indices: Ints, closed: bool, progress: Progress = unheard) -> tuple[Ints, list[float]]:
     """Return the dominant points after rounds of moves and exchanges, and the square error before and after each."""
-    history = [chain_error(columns, indices, closed)]
+    errors = start_errors(columns, indices, closed)
+    history = [float(errors.sum())]
     for turn in range(_ROUNDS):
         progress(turn / _ROUNDS)
-        needed = _LEAST * history[-1]
-        changed = _exchanged(columns, _moved(columns, indices, closed, needed), closed, needed)
-        error = chain_error(columns, changed, closed)
-        if not error < history[-1]:
+        before = history[-1]
+        needed = _LEAST * before
+        changed = _exchanged(columns, _moved(columns, indices, closed, errors, needed), closed, needed)
+        errors = start_errors(columns, changed, closed)
+        error = float(errors.sum())
+        if error < before:
+            indices = changed
+            history.append(error)
+        if error > (1.0 - _PART) * before:
             break
-        indices = changed
-        history.append(error)
     return indices, history
 
 
-def _apart(ranks: Ints, m: int) -> list[int]:
+def _apart(ranks: Ints, m: int) -> Ints:
     """Return those of the ranks, below m, that are far enough from all before them, also round the ends."""
     near, kept = bytearray(m), []
     for rank in ranks.tolist():
@@ -92,16 +100,16 @@ def _apart(ranks: Ints, m: int) -> list[int]:
             kept.append(rank)
             for other in range(rank - _APART, rank + _APART + 1):
                 near[other % m] = True
-    return kept
+    return np.array(kept, dtype=np.intp)
 
 
-def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
+def _moved(columns: Array, indices: Ints, closed: bool, errors: Array, needed: float) -> Ints:
     """Return the dominant points after a round of moves by a row or two, between their neighbours."""
     n, m = columns.shape[1], len(indices)
     ranks = np.arange(m) if closed else np.arange(1, m - 1)
     if m < 4:
         return indices
-    around, errors = padded(indices, closed, 3), padded_errors(columns, indices, closed)
+    around = padded(indices, closed, 3)
     gaps = np.diff(around) % n  # from the dominant point of rank k - 3 to the next
     steps = np.array(_STEPS)
     possible = np.abs(steps)[:, None] < np.where(steps[:, None] > 0, gaps[ranks + 3], gaps[ranks + 2])
@@ -110,7 +118,7 @@ def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
     windows = np.stack([around[some + k] for k in range(7)], axis=1)
     windows[:, 3] = (windows[:, 3] + steps[which]) % n
     falls = np.zeros((len(steps), m))
-    falls[which, some] = sum(errors[some + k] for k in (1, 2, 3, 4)) - window_errors(columns, windows)
+    falls[which, some] = errors_near(errors, some, -2, 1) - window_errors(columns, windows).sum(axis=1)
     most, step = falls.max(axis=0), steps[falls.argmax(axis=0)]
     order = np.argsort(-most, kind="stable")
     chosen = _apart(order[most[order] > needed], m)
@@ -122,9 +130,9 @@ def _moved(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
 def _exchanged(columns: Array, indices: Ints, closed: bool, needed: float) -> Ints:
     """Return the dominant points after a round of exchanges: one added for each dropped, where that pays."""
     m = len(indices)
-    errors = padded_errors(columns, indices, closed)
+    errors = start_errors(columns, indices, closed)
     rows, pieces, gains = _additions(columns, indices, closed, errors)
-    costs = drop_costs(columns, indices, closed, errors)
+    costs = drop_costs(columns, indices, closed, errors)[0]
     cheapest, value = np.argsort(costs, kind="stable").tolist(), costs.tolist()
     taken = bytearray(m)  # dominant points near a change
     added, dropped = [], []
@@ -162,7 +170,7 @@ def _additions(columns: Array, indices: Ints, closed: bool, errors: Array) -> tu
     windows = np.stack(
         [*(around[pieces + k] for k in (1, 2, 3)), rows, *(around[pieces + k] for k in (4, 5, 6))], axis=1
     )
-    gains = sum(errors[pieces + k] for k in (2, 3, 4)) - window_errors(columns, windows)
+    gains = errors_near(errors, pieces, -1, 1) - window_errors(columns, windows).sum(axis=1)
     order = np.lexsort((-gains, pieces))
     best = order[np.unique(pieces[order], return_index=True)[1]]
     best = best[np.argsort(-gains[best], kind="stable")]

@@ -54,7 +54,7 @@ def rearranged(columns: Array, window: Ints, reach: int) -> Ints:
     least = np.full((width + 1, reach + 1, spare + 1, reach + 1), np.inf)
     least[0, 0, 0, 0] = 0.0
     for b in range(width):
-        lowest = (least[b, ..., None] + errors[b, :, None]).min(axis=0)
+        lowest = np.minimum.reduce(least[b, ..., None] + errors[b, :, None])
         for step in range(1, min(reach, width - b) + 1):
             least[b + step, :, step - 1 :, step] = lowest[: spare + 2 - step, :, step - 1].T
     near = np.maximum(last - np.arange(reach + 1), first)
@@ -119,7 +119,7 @@ def _sums(columns: Array, start: Ints, step: Ints) -> tuple[Array, Array, Array]
     owner, offset, chord, t = along_chord(columns, start, start + step, inside)
     s = 1.0 - t
     a, b = 3.0 * s * s * t, 3.0 * s * t * t
-    q = offset - (b + t * t * t) * chord[:, owner]
+    q = offset - (b + t * t * t) * chord.take(owner, axis=1)
 
     def total(terms: Array) -> Array:
         return np.asarray(np.bincount(owner, terms, len(start)))

@@ -14,7 +14,7 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 
 TENSION = 0.5
-_MOST = 1 << 19  # points at a time: what is computed of them stays within some 100 MB
+_MOST = 1 << 14  # points at a time: what is computed of them stays within the processor's cache
 
 
 def piece_errors(columns: Array, pieces: Ints) -> Array:
@@ -31,9 +31,9 @@ def piece_errors(columns: Array, pieces: Ints) -> Array:
     busy = np.flatnonzero(inside)
     if not len(busy):
         return errors
-    total = np.cumsum(inside[busy])
-    cuts = np.searchsorted(total, np.arange(_MOST, total[-1], _MOST)) + 1
-    for some in np.split(busy, np.unique(cuts)) if len(cuts) else (busy,):
+    total = inside[busy].cumsum()
+    cuts = np.arange(_MOST, total[-1], _MOST)
+    for some in np.split(busy, np.unique(np.searchsorted(total, cuts) + 1)) if len(cuts) else (busy,):
         owner, squares = square_distances(columns, pieces[some], inside[some])
         errors[some] = np.bincount(owner, squares, len(some))
     return errors
@@ -58,49 +58,48 @@ def square_distances(columns: Array, pieces: Ints, inside: Ints) -> tuple[Ints, 
     """
     before, start, end, after = pieces.T
     owner, offset, chord, t = along_chord(columns, start, end, inside)
-    leave = TENSION / 3.0 * (columns[:, end] - columns[:, before])
-    arrive = TENSION / 3.0 * (columns[:, after] - columns[:, start])
+    leave = TENSION / 3.0 * (columns.take(end, axis=1) - columns.take(before, axis=1))
+    arrive = TENSION / 3.0 * (columns.take(after, axis=1) - columns.take(start, axis=1))
     s = 1.0 - t
     inner = 3.0 * s * t
-    offset -= (inner * s) * leave[:, owner]
-    offset -= (inner * t) * (chord - arrive)[:, owner]
-    offset -= (t * t * t) * chord[:, owner]
+    offset -= (inner * s) * leave.take(owner, axis=1)
+    offset -= (inner * t) * (chord - arrive).take(owner, axis=1)
+    offset -= (t * t * t) * chord.take(owner, axis=1)
     offset *= offset
-    return owner, offset.sum(axis=0)
+    return owner, np.add.reduce(offset)
 
 
-def piece_squares(points: array[float], d: int, before: int, start: int, end: int, after: int) -> list[float]:
+def piece_squares(
+    xs: array[float], ys: array[float], zs: array[float], before: int, start: int, end: int, after: int
+) -> list[float]:
     """Return the `square_distances` of one piece, to the last bit; for a few points quicker than numpy's calls.
 
-    `points`: the n d coordinates, point by point.
+    `xs`, `ys`, `zs`: the points' coordinates, 0 where they have fewer than three.
 
-    >>> piece_squares(array("d", [0, 0, 1, 1, 2, 0]), 2, 0, 0, 2, 2)
+    >>> piece_squares(array("d", [0, 1, 2]), array("d", [0, 1, 0]), array("d", [0, 0, 0]), 0, 0, 2, 2)
     [1.0]
     """
-    z, a, b, c = (points[d * row : d * row + d] for row in (before, start, end, after))
-    part = TENSION / 3.0
-    axes = [  # start, chord, and the handles from the start
-        (p, q - p, part * (q - o), (q - p) - part * (r - p)) for o, p, q, r in zip(z, a, b, c, strict=True)
-    ]
-    length = 0.0
-    for _, chord, _, _ in axes:
-        length += chord * chord
+    part, n = TENSION / 3.0, len(xs)
+    x, y, z = xs[start], ys[start], zs[start]
+    end_x, end_y, end_z = xs[end], ys[end], zs[end]
+    chord_x, chord_y, chord_z = end_x - x, end_y - y, end_z - z
+    leave_x, leave_y, leave_z = part * (end_x - xs[before]), part * (end_y - ys[before]), part * (end_z - zs[before])
+    arrive_x, arrive_y = chord_x - part * (xs[after] - x), chord_y - part * (ys[after] - y)
+    arrive_z = chord_z - part * (zs[after] - z)
+    length = chord_x * chord_x + chord_y * chord_y + chord_z * chord_z
     squares = []
-    for row in range(start + 1, end if end > start else end + len(points) // d):
-        place = d * row % len(points)
-        point = points[place : place + d]
-        along = 0.0
-        for x, (origin, chord, _, _) in zip(point, axes, strict=True):
-            along += (x - origin) * chord
-        t = min(max(along / length, 0.0), 1.0) if length > 0.0 else 0.0
+    for row in range(start + 1, end if end > start else end + n):
+        row %= n
+        gap_x, gap_y, gap_z = xs[row] - x, ys[row] - y, zs[row] - z
+        t = (gap_x * chord_x + gap_y * chord_y + gap_z * chord_z) / length if length > 0.0 else 0.0
+        t = 0.0 if t < 0.0 else 1.0 if t > 1.0 else t
         s = 1.0 - t
         inner, last = 3.0 * s * t, t * t * t
         first, second = inner * s, inner * t
-        square = 0.0
-        for x, (origin, chord, leave, arrive) in zip(point, axes, strict=True):
-            gap = x - origin - first * leave - second * arrive - last * chord
-            square += gap * gap
-        squares.append(square)
+        gap_x = gap_x - first * leave_x - second * arrive_x - last * chord_x
+        gap_y = gap_y - first * leave_y - second * arrive_y - last * chord_y
+        gap_z = gap_z - first * leave_z - second * arrive_z - last * chord_z
+        squares.append(gap_x * gap_x + gap_y * gap_y + gap_z * gap_z)
     return squares
 
 
@@ -109,16 +108,15 @@ def along_chord(columns: Array, start: Ints, end: Ints, inside: Ints) -> tuple[I
 
     With the offsets (d, points) come the chords (d, k). Rows may be beyond n, past the seam of a closed curve.
     """
-    n = columns.shape[1]
-    owner = np.repeat(np.arange(len(start)), inside)
-    rows = np.repeat(start + 1 + inside - np.cumsum(inside), inside) + np.arange(len(owner))
-    origin = columns[:, start % n]
-    chord = columns[:, end % n] - origin
-    length = (chord * chord).sum(axis=0)[owner]
-    offset = columns[:, rows % n] - origin[:, owner]
-    along = (offset * chord[:, owner]).sum(axis=0)
-    t = np.clip(np.divide(along, length, out=np.zeros_like(along), where=length > 0.0), 0.0, 1.0)
-    return owner, offset, chord, t
+    owner = np.arange(len(start)).repeat(inside)
+    rows = (start + 1 + inside - inside.cumsum()).repeat(inside) + np.arange(len(owner))
+    origin = columns.take(start, axis=1, mode="wrap")  # take is several times as quick as an index of a second axis
+    chord = columns.take(end, axis=1, mode="wrap") - origin
+    offset = columns.take(rows, axis=1, mode="wrap") - origin.take(owner, axis=1)
+    length = np.add.reduce(chord * chord).take(owner)
+    along = np.add.reduce(offset * chord.take(owner, axis=1))
+    t = np.divide(along, length, out=np.zeros(len(along)), where=length > 0.0)
+    return owner, offset, chord, np.minimum(np.maximum(t, 0.0), 1.0)
 
 
 def padded(indices: Ints, closed: bool, width: int) -> Ints:
@@ -151,32 +149,36 @@ def handles(points: Array, pieces: Ints) -> Array:
     return np.stack(poles, axis=1)
 
 
-def pieces_along(windows: Ints) -> Ints:
-    """Return the pieces (k, width - 3, 4) of rows of consecutive dominant points (k, width)."""
-    return np.lib.stride_tricks.sliding_window_view(windows, 4, axis=1)
-
-
 def window_errors(columns: Array, windows: Ints) -> Array:
-    """Return the summed square errors (k,) of the pieces along each row of consecutive dominant points (k, width)."""
-    pieces = pieces_along(windows)
-    return np.asarray(piece_errors(columns, pieces.reshape(-1, 4)).reshape(pieces.shape[:2]).sum(axis=1))
+    """Return the square errors (k, width - 3) of the pieces along rows of consecutive dominant points (k, width)."""
+    pieces = windows.take(np.arange(windows.shape[1] - 3)[:, None] + np.arange(4), axis=1)
+    return piece_errors(columns, pieces.reshape(-1, 4)).reshape(pieces.shape[:2])
 
 
-def padded_errors(columns: Array, indices: Ints, closed: bool) -> Array:
-    """Return the errors (m + 6,) of the pieces by their starts, from the third before the first dominant point on."""
+def start_errors(columns: Array, indices: Ints, closed: bool) -> Array:
+    """Return the errors (m,) of the pieces by their starts; an open curve's end starts none: 0."""
     errors = piece_errors(columns, pieces_of(indices, closed))
-    return errors[np.arange(-3, len(indices) + 3) % len(errors)] if closed else np.pad(errors, (3, 4))
+    return errors if closed else np.append(errors, 0.0)
 
 
-def drop_costs(columns: Array, indices: Ints, closed: bool, errors: Array) -> Array:
+def errors_near(errors: Array, ranks: Ints, low: int, high: int) -> Array:
+    """Return the summed errors (k,) of the pieces that start from `low` to `high` ranks after each of the ranks (k,).
+
+    `errors`: the `start_errors`. No further than one rank before an open curve's start, nor at its end.
+    """
+    return np.asarray(errors.take(ranks[:, None] + np.arange(low, high + 1), mode="wrap").sum(axis=1))
+
+
+def drop_costs(columns: Array, indices: Ints, closed: bool, errors: Array) -> tuple[Array, Array]:
     """Return by how much the square error rises (m,) when a dominant point is dropped; infinite at open ends.
 
-    `errors`: those of `padded_errors`.
+    With it the errors (m, 3) of the pieces there are then: those that start at the second dominant point before it, the
+    one before and the one after. `errors`: the `start_errors`.
     """
     around = padded(indices, closed, 3)
     m = len(indices)
-    windows = np.stack([around[k : k + m] for k in (0, 1, 2, 4, 5, 6)], axis=1)
-    costs = window_errors(columns, windows) - sum(errors[k : k + m] for k in (1, 2, 3, 4))
+    dropped = window_errors(columns, np.stack([around[k : k + m] for k in (0, 1, 2, 4, 5, 6)], axis=1))
+    costs = dropped.sum(axis=1) - errors_near(errors, np.arange(m), -2, 1)
     if not closed:
         costs[[0, -1]] = np.inf
-    return np.asarray(costs)
+    return costs, dropped

@@ -10,11 +10,12 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator
 from heapq import heapify, heappop, heappush
+from math import inf
 
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.dominant_pieces import drop_costs, padded, padded_errors, piece_squares, square_distances
+from cadfit.fitting.dominant_pieces import drop_costs, padded, piece_squares, square_distances, start_errors
 from cadfit.stages import Progress, unheard
 
 _LEAST = 1e-12  # the part of the error by which a swap must lower it: less is rounding
@@ -50,19 +51,21 @@ def _ints(numbers: Ints) -> array[int]:
 
 
 class _First:
-    """Numbers in a fixed order; finds the first one below a bound: a tree of minima."""
+    """Numbers in a fixed order, some in doubt; finds the first below a bound: a tree of minima, a heap of doubts."""
 
     def __init__(self, numbers: Array) -> None:
         self.size = 1 << max(len(numbers) - 1, 1).bit_length()
-        levels = [np.pad(numbers, (0, self.size - len(numbers)), constant_values=np.inf)]
+        levels = [np.pad(numbers, (0, self.size - len(numbers)), constant_values=inf)]
         while len(levels[-1]) > 1:
             levels.append(levels[-1].reshape(-1, 2).min(axis=1))
-        self.least = _floats(np.concatenate([[np.inf], *levels[::-1]]))
+        self.least = _floats(np.concatenate([[inf], *levels[::-1]]))
+        self.doubtful, self.doubts = bytearray(self.size), list[int]()  # a heap, also of some that are settled
 
     def __getitem__(self, place: int) -> float:
         return self.least[place + self.size]
 
     def __setitem__(self, place: int, value: float) -> None:
+        self.doubtful[place] = False
         least, node = self.least, place + self.size
         if least[node] == value:
             return
@@ -75,16 +78,37 @@ class _First:
                 break
             least[node] = value
 
-    def below(self, bound: float, place: int = 0) -> int:
-        """Return the first place, from `place` on, whose number is below the bound; -1 if there is none."""
+    def __contains__(self, place: int) -> bool:
+        """Return whether there is a number, known or in doubt: infinity is none."""
+        return self.least[place + self.size] < inf or bool(self.doubtful[place])
+
+    def doubt(self, place: int) -> None:
+        """Have the number asked for anew: what there is holds no longer."""
+        if not self.doubtful[place]:
+            self.doubtful[place] = True
+            heappush(self.doubts, place)
+
+    def any(self) -> bool:
+        """Return whether there is any number, known or in doubt."""
+        return self.least[1] < inf or self.first_doubt() < self.size
+
+    def first_doubt(self) -> int:
+        """Return the first place whose number is in doubt; `size`: none is."""
+        doubts = self.doubts
+        while doubts and not self.doubtful[doubts[0]]:
+            heappop(doubts)
+        return doubts[0] if doubts else self.size
+
+    def first_below(self, bound: float, place: int = 0) -> int:
+        """Return the first place, from `place` on, whose number was below the bound when it was known; `size`: none."""
         least, node = self.least, place + self.size
         if place >= self.size:
-            return -1
+            return self.size
         while least[node] >= bound:
             while node & 1:  # up, past the right children
                 node >>= 1
             if node == 0:
-                return -1
+                return self.size
             node += 1
         while node < self.size:
             node *= 2
@@ -97,7 +121,10 @@ class _Chain:
     """Dominant points as a linked list, with the errors of the pieces (by their starts) and the costs of dropping."""
 
     def __init__(self, columns: Array, indices: Ints, turns: Array, closed: bool) -> None:
-        self.columns, self.points, self.n = columns, _floats(columns.T), columns.shape[1]
+        self.columns, self.n = columns, columns.shape[1]
+        xyz = np.pad(columns, ((0, max(3 - len(columns), 0)), (0, 0)))[:3]
+        self.xs, self.ys, self.zs = (_floats(axis) for axis in xyz)
+        self.few = _FEW if len(columns) <= 3 else 0
         self.rounding = (16.0 * np.finfo(np.float64).eps * float(np.abs(columns).max())) ** 2
         order = np.lexsort((np.arange(self.n), turns))
         self.row_at, self.place = _ints(order), _ints(np.argsort(order))  # by turn angle
@@ -106,14 +133,13 @@ class _Chain:
         rows = padded(indices, closed, 1)
         links[:, indices] = rows[:-2], rows[2:]
         self.before, self.after = _ints(links[0]), _ints(links[1])
-        errors, free, costs = np.zeros(self.n), np.zeros(self.n, dtype=bool), np.full(self.n, np.inf)
-        around = padded_errors(columns, indices, closed)
-        errors[indices] = around[3:-3]
-        free[indices] = (around[3:-3] == 0.0) | (around[2:-4] == 0.0)
-        costs[indices] = drop_costs(columns, indices, closed, around)
+        errors, costs = np.zeros(self.n), np.full(self.n, inf)
+        errors[indices] = ahead = start_errors(columns, indices, closed)
+        free = (ahead == 0.0) | (np.roll(ahead, 1) == 0.0)
+        costs[indices] = np.where(free, drop_costs(columns, indices, closed, ahead)[0], inf)
         self.error = _floats(errors)
-        self.known: dict[tuple[int, int, int, int], float] = {}  # errors of pieces: half are asked for again
-        self.free = _First(np.where(free, costs, np.inf)[order])  # of the ends of pieces without error; -inf: not known
+        self.known: dict[tuple[int, ...], float] = {}  # errors of pieces: half are asked for again
+        self.free = _First(costs[order])  # of the ends of pieces without error
         self.smallest = [(self.error[row], row) for row in np.flatnonzero(errors).tolist()]
         self.largest = [(-error, row) for error, row in self.smallest]
         heapify(self.largest)
@@ -130,20 +156,19 @@ class _Chain:
         if largest == 0.0:
             return False
         right = self.after[left]
-        squares = self.squares((self.before[left], left, right, self.after[right]))
+        squares = self.squares(self.before[left], left, right, self.after[right])
         added = (left + 1 + squares.index(max(squares))) % self.n
         ends = self.smallest_ends()
-        for row in self.walk(left, 2, 3):
-            if self.free[self.place[row]] < np.inf:
-                self.free[self.place[row]] = -np.inf
+        near = self.walk(left, 2, 3)
+        for row in near:
+            if self.place[row] in self.free:
+                self.free.doubt(self.place[row])
         self.link(added, left, right)
         gain = self.update({self.before[left], left, added, right})
         needed = _LEAST * self.history[-1] + self.rounding
         for row, cost in self.costs(ends) if ends else self.free_costs(gain - needed):
             if gain - cost > needed:
-                self.drop(row)
-                for near in {row, *self.walk(added, 3, 3)}:
-                    self.queue(near)
+                self.queue({row, added, *near, *self.drop(row)})
                 self.history.append(self.history[-1] - (gain - cost))
                 return True
         self.unlink(added)
@@ -151,7 +176,7 @@ class _Chain:
 
     def smallest_ends(self) -> list[int]:
         """Return the ends of the piece of the smallest error, where all have some, in the order to try them."""
-        if self.free.least[1] < np.inf:
+        if self.free.any():
             return []
         _, start = self.top(self.smallest, 1.0)
         return sorted({start, self.after[start]} - self.fixed, key=lambda row: self.place[row])
@@ -162,39 +187,52 @@ class _Chain:
 
     def free_costs(self, bound: float) -> Iterator[tuple[int, float]]:
         """Yield the ends of pieces without error that may cost less than the bound, in order, and what each costs."""
-        place = self.free.below(bound)
-        while place >= 0:
-            if self.free[place] == -np.inf:
-                self.free[place] = self.cost(self.row_at[place])
-            yield self.row_at[place], self.free[place]
-            place = self.free.below(bound, place + 1)
+        free, row_at = self.free, self.row_at
+        known, doubt = free.first_below(bound), free.first_doubt()
+        while min(known, doubt) < free.size:
+            place = min(known, doubt)
+            if place == doubt:
+                free[place] = self.cost(row_at[place])
+                doubt = free.first_doubt()
+            if free[place] < bound:
+                yield row_at[place], free[place]
+            if place == known:
+                known = free.first_below(bound, place + 1)
 
     def cost(self, row: int) -> float:
         """Return by how much the total error rises when a dominant point is dropped."""
-        left, right = self.unlink(row)
-        starts = {self.before[left], left, right}
-        rise = sum(self.piece_error(start) for start in starts) - sum(self.error[start] for start in starts)
-        self.link(row, left, right)
-        return rise - self.error[row]
+        left, right = self.before[row], self.after[row]
+        first, last = self.before[left], self.after[right]
+        error = self.error
+        rise = self.piece_error(first, left, right, last) - error[left] - error[row] - error[right]
+        rise += self.piece_error(left, right, last, self.after[last])
+        if first != left:  # not an open curve's end
+            rise += self.piece_error(self.before[first], first, left, right) - error[first]
+        return rise
 
-    def drop(self, row: int) -> None:
+    def drop(self, row: int) -> list[int]:
+        """Take a row out, and return those whose costs of dropping that changes."""
         left, right = self.unlink(row)
         self.error[row] = 0.0
         self.update({self.before[left], left, right})
-        for near in self.walk(left, 2, 3):
-            self.queue(near)
+        return self.walk(left, 2, 3)
 
-    def queue(self, row: int) -> None:
-        """Have the cost of dropping a row computed when it is asked for, if it is an end of a piece without error."""
-        free = self.error[row] == 0.0 or self.error[self.before[row]] == 0.0
-        dominant = self.after[row] >= 0 and row not in self.fixed
-        self.free[self.place[row]] = -np.inf if free and dominant else np.inf
+    def queue(self, rows: Iterable[int]) -> None:
+        """Have the costs of dropping rows computed when asked for, of those that are ends of pieces without error."""
+        error, before, after, free = self.error, self.before, self.after, self.free
+        for row in rows:
+            place = self.place[row]
+            if (error[row] == 0.0 or error[before[row]] == 0.0) and after[row] >= 0 and row not in self.fixed:
+                free.doubt(place)
+            elif place in free:
+                free[place] = inf
 
     def update(self, starts: Iterable[int]) -> float:
         """Compute the errors of pieces, by their starts, anew, and return by how much they fall in all."""
         fall = 0.0
         for start in starts:
-            error, old = self.piece_error(start), self.error[start]
+            end = self.after[start]
+            error, old = self.piece_error(self.before[start], start, end, self.after[end]), self.error[start]
             if error != old:
                 fall += old - error
                 self.error[start] = error
@@ -203,28 +241,27 @@ class _Chain:
                     heappush(self.smallest, (error, start))
         return fall
 
-    def piece_error(self, start: int) -> float:
-        piece = self.before[start], start, self.after[start], self.after[self.after[start]]
-        if (piece[2] - start) % self.n == 1:
+    def piece_error(self, *piece: int) -> float:
+        if (piece[2] - piece[1]) % self.n == 1:
             return 0.0
         known = self.known.get(piece)
         if known is not None:
             return known
         total = 0.0
-        for square in self.squares(piece):  # not sum, which rounds in another way, and otherwise than the other code
+        for square in self.squares(*piece):  # not sum, which rounds in another way, and otherwise than the other code
             total += square
         if len(self.known) >= _KNOWN:
             self.known.clear()
         self.known[piece] = total
         return total
 
-    def squares(self, piece: tuple[int, int, int, int]) -> list[float]:
+    def squares(self, *piece: int) -> list[float]:
         """Return the squared distances of the points inside a piece."""
         inside = (piece[2] - piece[1]) % self.n - 1
         if inside < 1:
             return []
-        if inside <= _FEW:
-            return piece_squares(self.points, len(self.columns), *piece)
+        if inside <= self.few:
+            return piece_squares(self.xs, self.ys, self.zs, *piece)
         found: list[float] = square_distances(self.columns, np.array([piece]), np.array([inside]))[1].tolist()
         return found
 
