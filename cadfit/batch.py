@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from cadfit.fitting.approximate import Between, Corners, Effort, check_choices, fit
 from cadfit.fitting.result import Fit
+from cadfit.numbers import as_numbers
 from cadfit.replacing import replacing
 from cadfit.workers import Outcome, outcomes
 
@@ -151,7 +152,7 @@ def _length(points: Any) -> int:
 
 
 def _tolerances(tolerance: float | ArrayLike, count: int) -> list[float]:
-    given = np.asarray(tolerance, dtype=np.float64)
+    given = as_numbers(tolerance, "tolerances")
     if given.ndim and given.shape != (count,):
         raise ValueError(f"tolerance must be one length, or one for each of the {count} curves, not {given.shape}")
     if not np.all(given > 0.0):

@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline as _ScipySpline
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
+from cadfit.numbers import as_number, as_numbers
 from cadfit.stages import Progress, portion
 
 if TYPE_CHECKING:
@@ -179,7 +180,7 @@ class BSpline:
         (5, array([0.75]))
         """
         low, high = self.domain
-        if not low < u < high:
+        if not low < as_number(u, "knot") < high:
             raise ValueError(f"a knot can be inserted strictly inside [{low}, {high}], not at {u}")
         have = int(np.count_nonzero(self.knots == u))
         if times < 0 or have + times > DEGREE:
@@ -203,6 +204,7 @@ class BSpline:
         >>> left.domain, right.domain, bool(left(0.5) == right(0.5))
         ((0.0, 0.5), (0.5, 1.0), True)
         """
+        u = as_number(u, "parameter")
         full = self.insert_knot(u, DEGREE - int(np.count_nonzero(self.knots == u)))
         i = int(np.searchsorted(full.knots, u))
         left = BSpline(full.poles[:i], np.append(full.knots[: i + DEGREE], u))
@@ -233,10 +235,10 @@ class BSpline:
         >>> flat.transformed([[1, 0], [0, 1], [0, 0]], [0, 0, 5]).poles[1]
         array([1., 1., 5.])
         """
-        matrix = np.asarray(matrix, dtype=np.float64)
+        matrix = as_numbers(matrix, "matrix")
         if matrix.ndim != 2 or matrix.shape[1] != self.poles.shape[1]:
             raise ValueError(f"the matrix must have the shape (k, {self.poles.shape[1]}), not {matrix.shape}")
-        offset = np.asarray(offset, dtype=np.float64)
+        offset = as_numbers(offset, "offset")
         if offset.shape not in ((), (len(matrix),)):  # numpy would stretch the poles to it
             raise ValueError(f"the offset must be a number or have the shape ({len(matrix)},), not {offset.shape}")
         return BSpline(self.poles @ matrix.T + offset, self.knots)
@@ -250,7 +252,7 @@ class BSpline:
         >>> BSpline([[0, 0], [1, 0], [2, 0], [3, 0]], [0, 0, 0, 0, 1, 1, 1, 1]).length()
         3.0
         """
-        if not accuracy > 0.0:
+        if not as_number(accuracy, "accuracy") > 0.0:
             raise ValueError(f"the accuracy must be above 0, not {accuracy}")
         found = float(bezier.lengths(self.pieces(), accuracy, progress).sum())
         portion(progress, 0.0, 1.0)(1.0)
@@ -267,7 +269,7 @@ class BSpline:
         >>> s.nearest([1.5, 2.0])
         (array(0.5), array(2.))
         """
-        points = np.asarray(points, dtype=np.float64)
+        points = as_numbers(points, "points")
         d = self.poles.shape[1]
         if points.ndim == 0 or points.shape[-1] != d:
             raise ValueError(f"points must have the shape (..., {d}), not {points.shape}")
@@ -307,7 +309,7 @@ class BSpline:
         return plot_comb(self, ax, **options)
 
     def _inside(self, u: ArrayLike) -> Array:
-        u = np.asarray(u, dtype=np.float64)
+        u = as_numbers(u, "parameters")
         low, high = self.domain
         if u.size and not (u.min() >= low and u.max() <= high):
             bad = u[~((u >= low) & (u <= high))].flat[0]
@@ -319,14 +321,8 @@ def _frozen(values: ArrayLike, name: str) -> Array:
     if type(values) is np.ndarray and values.dtype == np.float64 and values.base is None:  # a np.matrix stays 2D
         array = values if not values.flags.writeable else values.copy()  # read-only and its own: nothing to copy
     else:
-        if isinstance(values, np.ndarray) and np.iscomplexobj(values):  # numpy would drop the imaginary parts
-            raise ValueError(f"{name} must be real numbers, not complex ones")
-        if np.ma.is_masked(values):  # numpy would take what is under the mask
-            raise ValueError(f"{name} are masked in part: leave such rows out, or fill them")
-        try:
-            array = np.array(values, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise ValueError(f"{name} must be numbers in a regular array: {error}") from None
+        array = as_numbers(values, name)
+        array = array if isinstance(values, (list, tuple)) else array.copy()
     if not all(np.isfinite(rows).all() for rows in _in_blocks(np.atleast_1d(array), 0)):
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must be finite: entry {where} is {array[where]}")

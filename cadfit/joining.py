@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
+from cadfit.numbers import as_numbers
 
 _LONG = 1e2  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
 
@@ -90,9 +91,12 @@ def polyline(points: ArrayLike, closed: bool = False) -> BSpline:
     >>> polyline([[0, 0], [3, 0], [3, 4]])
     BSpline(7 poles in 2D, 2 spans, u in [0.0, 7.0])
     """
-    points = np.asarray(points, dtype=np.float64)
+    points = as_numbers(points, "points")
     if points.ndim != 2 or len(points) < 2:
         raise ValueError(f"points must have the shape (n >= 2, d), not {points.shape}")
+    if not np.isfinite(points).all():
+        row = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise ValueError(f"row {row} of the points is not finite: {points[row].tolist()}")
     if closed and not np.array_equal(points[0], points[-1]):
         points = np.concatenate([points, points[:1]])
     steps = points[1:] - points[:-1]
@@ -118,7 +122,11 @@ def periodic(poles: ArrayLike, knots: ArrayLike) -> BSpline:
     >>> square(0.0), square.closed
     (array([1., 1.]), True)
     """
-    poles, knots = np.asarray(poles, dtype=np.float64), np.asarray(knots, dtype=np.float64)
+    poles, knots = as_numbers(poles, "poles"), as_numbers(knots, "knots")
+    if poles.ndim != 2:
+        raise ValueError(f"poles must have the shape (n, d), not {poles.shape}")
+    if not np.isfinite(poles).all() or not np.isfinite(knots).all():
+        raise ValueError("poles and knots must be finite")
     n = len(poles)
     if n < 3 or knots.shape != (n + 1,) or np.any(np.diff(knots) <= 0):
         raise ValueError(f"{n} periodic poles (3 or more) need {n + 1} knots that rise")

@@ -14,6 +14,7 @@ from cadfit.arcing.stretch import Chain, apart, fewest, joined
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.approximate import fit
+from cadfit.numbers import as_number
 from cadfit.stages import Progress, portion
 
 _CORNER = 1e-3  # radians: what two pieces must turn at least for their joint to be one
@@ -59,6 +60,7 @@ def arcs(
     >>> len(few), few.deviation <= 0.01, float(few.radii[0].round(1))
     (1, True, 4.0)
     """
+    tolerance = as_number(tolerance, "tolerance")
     curves, off = _curves(curve, tolerance, closed, portion(progress, 0.0, _CURVES))
     portion(progress, _CURVES, 1.0)(0.0)
     pieces, breaks, is_closed = _pieces(curves)
@@ -67,7 +69,7 @@ def arcs(
     least = 256.0 * _EPS * float(np.abs(flat).max())
     if not least <= tolerance < np.inf:
         raise ValueError(f"the tolerance must be at least {least:.3g} for a curve of this size, not {tolerance}")
-    largest = _LARGEST * size if max_radius is None else float(max_radius)
+    largest = _LARGEST * size if max_radius is None else as_number(max_radius, "largest radius")
     if not largest > 0.0:
         raise ValueError(f"the largest radius must be positive, not {max_radius}")
     smooth = is_closed and not breaks

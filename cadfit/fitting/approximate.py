@@ -13,6 +13,7 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.apart import corners_apart, fit_apart, nearness
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit, written
+from cadfit.numbers import as_number, as_numbers
 from cadfit.points.clean import LARGEST, check_size, clean
 from cadfit.points.corners import find_corners
 from cadfit.stages import Progress, portion, rising, stage
@@ -71,7 +72,7 @@ def fit(
     given = cleaned.points
     check_size(given)
     least = smallest_tolerance(given)
-    if not tolerance >= least:
+    if not as_number(tolerance, "tolerance") >= least:
         raise ValueError(f"the tolerance must be at least {least:.3g} for points of this size, not {tolerance}")
     if not tolerance < LARGEST:
         raise ValueError(f"the tolerance must be below {LARGEST:g}, not {tolerance}")
@@ -125,7 +126,7 @@ def smallest_tolerance(points: Array) -> float:
 def _weights(weights: ArrayLike | None, n: int) -> Array:
     if weights is None:
         return np.ones(n)
-    array = np.asarray(weights, dtype=np.float64)
+    array = as_numbers(weights, "weights")
     if array.shape != (n,) or not np.all(np.isfinite(array)) or not np.all(array > 0):
         raise ValueError(f"weights must be {n} positive numbers, one for each point")
     return array
@@ -166,7 +167,7 @@ def _corners(corners: Corners, points: Array, tolerance: float, closed: bool, po
             )
         return find_corners(points, tolerance, closed, _POLYLINE_CORNER if polyline else None)
     if np.ndim(corners) == 0:
-        angle = float(np.asarray(corners, dtype=np.float64))
+        angle = as_number(corners, "angle of corners")
         if not 0.0 < angle <= np.pi:
             raise ValueError(f"a corner's angle must be in radians, above 0 and at most pi, not {angle}")
         return find_corners(points, tolerance, closed, angle)

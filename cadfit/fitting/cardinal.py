@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline, own
 from cadfit.joining import periodic
+from cadfit.numbers import as_number, as_numbers
 from cadfit.points.clean import as_contour
 
 _BLOCK = 1 << 12  # points: what is computed for them stays in the cache, and takes no fresh memory
@@ -38,7 +39,7 @@ def cardinal_pieces(points: ArrayLike, tension: float = 0.5, closed: bool = Fals
 
 def _control_points(points: ArrayLike, tension: float, closed: bool) -> Array:
     """Return the cardinal spline's 3m + 1 control points, each joint once."""
-    if not np.isfinite(tension):
+    if not np.isfinite(as_number(tension, "tension")):
         raise ValueError(f"the tension must be a finite number, not {tension}")
     points = as_contour(points, closed)
     joints = np.concatenate([points, points[:1]]) if closed else points
@@ -84,7 +85,7 @@ def cardinal_spline(points: ArrayLike, tension: float = 0.5, curvature: float = 
            [3., 3.],
            [4., 3.]])
     """
-    if not np.isfinite(curvature):
+    if not np.isfinite(as_number(curvature, "curvature")):
         raise ValueError(f"the curvature must be a finite number, not {curvature}")
     control = _control_points(points, tension, closed)
     if curvature:
@@ -190,7 +191,7 @@ def pieces_to_spline(pieces: ArrayLike) -> BSpline:
 
 def _chain(pieces: ArrayLike) -> Array:
     """Return a chain of Bézier pieces, checked."""
-    pieces = np.asarray(pieces, dtype=np.float64)
+    pieces = as_numbers(pieces, "pieces")
     if pieces.ndim != 3 or pieces.shape[1] != 4 or pieces.size == 0:
         raise ValueError(f"pieces must have the shape (m, 4, d), not {pieces.shape}")
     gaps = np.abs(pieces[1:, 0] - pieces[:-1, 3]).max(axis=1, initial=0.0)

@@ -19,6 +19,7 @@ from cadfit.bspline import own
 from cadfit.fitting.dominant_best import improved, thinned
 from cadfit.fitting.dominant_pieces import chain_error, handles, pieces_of
 from cadfit.fitting.dominant_swaps import swapped
+from cadfit.numbers import as_number
 from cadfit.points.clean import as_contour, check_squares
 from cadfit.stages import Progress, portion, rising
 
@@ -242,11 +243,11 @@ def _count(n: int, count: int | None, fraction: float | None, square_error: floa
     if sum(given is not None for given in (count, fraction, square_error)) != 1:
         raise ValueError("give one of count, fraction and square_error")
     if square_error is not None:
-        if not square_error >= 0.0:
+        if not as_number(square_error, "square error") >= 0.0:
             raise ValueError(f"the square error must be at least 0, not {square_error}")
         return None
     if fraction is not None:
-        if not 0.0 < fraction <= 1.0:
+        if not 0.0 < as_number(fraction, "fraction") <= 1.0:
             raise ValueError(f"the fraction must be above 0 and at most 1, not {fraction}")
         return max(int(np.floor(fraction * n + 0.5)), 3 if closed else 2)
     assert count is not None

@@ -11,6 +11,7 @@ from scipy.interpolate import make_interp_spline
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.joining import periodic
+from cadfit.numbers import as_numbers
 from cadfit.points.clean import as_contour
 from cadfit.points.parametrize import Parametrization, parameters_of
 
@@ -62,7 +63,7 @@ def _periodic_interpolant(points: Array, u: Array) -> BSpline:
 
 
 def _end_velocities(points: Array, u: Array, end_tangents: ArrayLike) -> Array:
-    directions = np.asarray(end_tangents, dtype=np.float64)
+    directions = as_numbers(end_tangents, "end tangents")
     if directions.shape != (2, points.shape[1]) or not np.isfinite(directions).all():
         raise ValueError(f"end_tangents must be two finite directions, shape (2, {points.shape[1]})")
     largest = np.abs(directions).max(axis=1, keepdims=True)

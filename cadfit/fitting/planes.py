@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
 from cadfit.fitting.cardinal import c2_spline, cardinal_pieces
+from cadfit.numbers import as_numbers
 from cadfit.points.clean import as_contour
 from cadfit.stages import Progress, shares
 
@@ -47,7 +48,7 @@ def fit_planes(
     if d < 2:
         raise ValueError("planar fits need points in at least 2 dimensions")
     common_axis, others = _axes(d, common_axis)
-    taus = np.asarray(tensions, dtype=np.float64)
+    taus = as_numbers(tensions, "tensions")
     taus = np.full(d - 1, taus) if taus.ndim == 0 else taus
     if taus.shape != (d - 1,) or not np.isfinite(taus).all():
         raise ValueError(f"{d - 1} planes need one finite tension, or {d - 1}, not {tensions!r}")
@@ -85,7 +86,7 @@ def merge_planes(planes: Sequence[ArrayLike], common_axis: int = 0) -> Array:
            [2., 2., 0.],
            [3., 0., 0.]])
     """
-    chains = [np.asarray(plane, dtype=np.float64) for plane in planes]
+    chains = [as_numbers(plane, f"plane {i}") for i, plane in enumerate(planes)]
     if not chains:
         raise ValueError("at least one plane is needed")
     for i, chain in enumerate(chains):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
+from cadfit.numbers import as_numbers
 
 LARGEST = 1e60
 """Coordinates are below this: fifth powers of lengths are computed."""
@@ -43,15 +44,7 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
     Traceback (most recent call last):
     ValueError: row 1 of the points is not finite: [1.0, nan]
     """
-    if isinstance(points, np.ndarray) and np.iscomplexobj(points):  # numpy would drop the imaginary parts
-        raise ValueError("points must be real numbers, not complex ones")
-    if isinstance(points, np.ma.MaskedArray) and points.mask.any():  # numpy would take what is under the mask
-        row = int(np.argwhere(np.ma.getmaskarray(points))[0, 0])
-        raise ValueError(f"row {row} of the points is masked: leave such rows out, or fill them")
-    try:
-        array = np.asarray(points, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(_why_not_numbers(points)) from None
+    array = as_numbers(points, "points")
     if array.ndim != 2 or array.shape[1] == 0:
         raise ValueError(f"points must have the shape (n, d): n rows of d coordinates, not {array.shape}")
     if len(array) < least:
@@ -149,19 +142,3 @@ def _up_to_three(points: Array) -> int:
     if len(points) < 3:
         return len(points)
     return 2 + bool(np.any(np.any(points[2:] != points[0], axis=1) & np.any(points[2:] != points[1], axis=1)))
-
-
-def _why_not_numbers(points: ArrayLike | Sequence[Sequence[float]]) -> str:
-    """Find the first row that keeps the points from being an array of numbers."""
-    if not isinstance(points, Iterable):
-        return f"points must be rows of numbers, not {points!r:.80}"
-    width = None
-    for row, values in enumerate(points):
-        try:
-            count = np.array(values, dtype=np.float64).size
-        except (TypeError, ValueError, OverflowError):
-            return f"row {row} of the points is not a row of numbers: {values!r:.80}"
-        if width is not None and count != width:
-            return f"row {row} of the points has {count} coordinates, the rows before it {width}: {values!r}"
-        width = count
-    return f"points must be rows of numbers, not {points!r:.80}"

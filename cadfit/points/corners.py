@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cadfit.bezier import Array, Ints
+from cadfit.numbers import as_number
 from cadfit.points.clean import as_contour
 
 _LEAST_TURN = np.radians(30.0)
@@ -33,7 +34,7 @@ def find_corners(points: ArrayLike, tolerance: float, closed: bool = False, angl
     array([0, 2, 4, 6])
     """
     array = as_contour(points, closed)
-    if not tolerance > 0 or (angle is not None and not angle > 0):
+    if not as_number(tolerance, "tolerance") > 0 or (angle is not None and not angle > 0):
         raise ValueError(f"tolerance and angle must be positive, not {tolerance} and {angle}")
     n, d = array.shape
     if angle is None and d == 1:  # on a line all turns are reversals: an extremum of a function is no corner

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
+from cadfit.numbers import as_numbers
 from cadfit.sweeping.cubics import NOISE, SLOW, horner, limits, may_rest, norms, powers
 from cadfit.sweeping.spinors import Complex, across, carried, level, reflected, renamed, running, spinors, turned
 
@@ -90,7 +91,7 @@ def frames(spline: BSpline, parameters: ArrayLike, up: ArrayLike | None = None) 
     array([[ 0.,  1.,  0.], [-1.,  0.,  0.], [ 0.,  0.,  1.]])
     """
     path = lifted(spline)
-    wanted = np.asarray(parameters, dtype=np.float64).reshape(-1)
+    wanted = as_numbers(parameters, "parameters").reshape(-1)
     if np.isnan(wanted).any():
         raise ValueError("parameters must be numbers, not NaN")
     rises = bool((wanted[1:] > wanted[:-1]).all())

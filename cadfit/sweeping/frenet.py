@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bspline import BSpline
+from cadfit.numbers import as_numbers
 from cadfit.sweeping.frames import Frames, frames, lifted
 
 _FLAT = 1e-9  # curvature times the path's size: less is a straight line up to rounding
@@ -24,7 +25,7 @@ def frenet(spline: BSpline, parameters: ArrayLike) -> Frames:
     array([[-0.707107,  0.707107,  0.      ]])
     """
     along = frames(spline, parameters)
-    path, u = lifted(spline), np.asarray(parameters, dtype=np.float64).reshape(-1)
+    path, u = lifted(spline), as_numbers(parameters, "parameters").reshape(-1)
     bends = path.curvature(u)
     sizes = np.linalg.norm(bends, axis=1)
     flat = sizes * path.size <= _FLAT

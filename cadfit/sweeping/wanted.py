@@ -11,6 +11,7 @@ import numpy as np
 
 from cadfit.bspline import BSpline
 from cadfit.joining import join
+from cadfit.numbers import as_number
 from cadfit.points.clean import LARGEST
 from cadfit.stages import Progress, unheard
 from cadfit.sweeping.frames import lifted
@@ -63,10 +64,7 @@ def path_of(path: Any) -> BSpline:
 
 def positive(value: Any, name: str) -> float:
     """Return a number as a float; raises TypeError for what is none, ValueError unless it can be squared."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"the {name} must be a number, not {value!r}") from None
+    number = as_number(value, name)
     if not (math.isfinite(number) and number > 0.0):
         raise ValueError(f"the {name} must be finite and above zero, not {number:g}")
     if not 1.0 / LARGEST < number < LARGEST:  # squares and their products
