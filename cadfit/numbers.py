@@ -63,3 +63,12 @@ def _why_none(values: Any, name: str) -> str:
             return f"row {row} of the {name} has {count} numbers, the rows before it {width}: {some!r:.80}"
         width = count
     return f"{name} must be rows of numbers, not {values!r:.80}"
+
+
+def rounded_up(number: float) -> str:
+    """Return a number as three digits that are not below it, as a limit is said.
+
+    >>> rounded_up(5.6811e-14)
+    '5.71e-14'
+    """
+    return f"{1.0051 * number:.3g}"

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import cadfit
-from cadfit.plotting import COMB, POINTS, POLES
+from cadfit.plotting import COMB, CURVE, POINTS, POLES
 
 DATA = Path(__file__).parent / "data"
 FALLING = np.arange(0.95, 0.49, -0.05)
@@ -64,10 +64,15 @@ def planar(name, points, fractions):
     cadfit.pieces_to_spline(pieces).plot(a, points=points, poles=False, comb=False)
     cadfit.pieces_to_spline(pieces).plot(b, comb=False, poles=False)
     polygon = np.concatenate([pieces[:, :3].reshape(-1, 2), pieces[-1:, 3]])
-    marks = {"marker": "s", "markersize": min(2.0, 100.0 / len(points)), "zorder": 1}  # below the curve
-    b.plot(*polygon.T, color=POLES, linewidth=0.5, **marks)
+    b.plot(*polygon.T, color=POLES, linewidth=0.5, marker="s", markersize=min(3.0, 100.0 / len(points)), zorder=1)
+    if len(points) > 100:  # a part of it, large: there the polygon is next to the curve
+        part = pieces[len(pieces) // 3 : len(pieces) // 3 + 6]
+        inset = b.inset_axes((0.25, 0.36, 0.38, 0.3))
+        inset.plot(*cadfit.pieces_to_spline(part)(np.linspace(0.0, len(part), 200)).T, color=CURVE, linewidth=0.9)
+        inset.plot(*part.reshape(-1, 2).T, color=POLES, linewidth=0.5, marker="s", markersize=3.0)
+        inset.set(xticks=[], yticks=[])
     cadfit.cardinal_spline(points).plot(c, points=points, poles=False, comb=False)
-    for ax, title in ((a, "(a) cardinal spline"), (b, "(b) Bézier pieces"), (c, "(c) C2 B-spline")):
+    for ax, title in ((a, "(a) cardinal spline"), (b, "(b) Bézier pieces, polygon"), (c, "(c) C2 B-spline")):
         ax.set_title(title, fontsize="small")
     found = {}
     for ax, letter, fraction in zip(approximations, "def", fractions, strict=True):
@@ -76,7 +81,7 @@ def planar(name, points, fractions):
         cadfit.cardinal_spline(points[paper.indices]).plot(ax, points=points[paper.indices], poles=False, comb=False)
         rest = np.delete(points, paper.indices, axis=0)
         ax.plot(*rest.T, linestyle="none", marker="x", markersize=4.0, color=COMB)
-        errors = f"error {paper.square_error:.3g} (default: {best.square_error:.2g})"
+        errors = f"error {paper.square_error:.3g} (default: {best.square_error:.3g})"
         ax.set_title(f"({letter}) {fraction:.0%} of the points: {errors}", fontsize="small")
     for ax in axes.flat:
         ax.set(xticks=[], yticks=[], aspect=stretch)

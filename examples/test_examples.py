@@ -1,5 +1,6 @@
 """Each example is run, and what it found and wrote is held to what it is there to show."""
 
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -227,6 +228,10 @@ def test_paper_experiments(tmp_path):
         assert claims["best"]["needed"] <= claims["paper"]["needed"]
         assert shows(tmp_path / f"paper_{number}.png", VERMILION, 400)
     assert [round(found[k][1]["best"]["needed"], 2) for k in (1, 2, 3, 4)] == [0.9, 0.82, 0.29, 0.43]
+    rows = [row for number in (1, 2, 3, 4) for row in found[number][0].items()]
+    page = (Path(__file__).parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
+    table = re.findall(r"^\|[ 1-4]* \| (\d+) % \| [\d.]+ \| (\S+) \| (\S+) \|$", page, re.MULTILINE)
+    assert table == [(f"{part * 100:.0f}", f"{paper:.3g}", f"{best:.3g}") for part, (paper, best) in rows]
     assert found[5] < 1e-13
     assert shows(tmp_path / "paper_5.png", BLUE, 1000)
 

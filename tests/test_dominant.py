@@ -152,6 +152,28 @@ def test_the_optimum_is_the_best_of_all_choices(points, part):
     assert square_error(points, found) <= least * (1 + 1e-9) + 1e-24 * np.abs(points).max() ** 2
 
 
+@given(rough_points(), st.floats(0, 1), st.booleans())
+def test_the_default_of_few_points_is_the_best_of_all_choices(points, part, closed):
+    points = contour(points, closed)[:10]
+    n = len(points)
+    count = 3 + int(part * (n - 3))
+    choices = (
+        combinations(range(n), count) if closed else ((0, *c, n - 1) for c in combinations(range(1, n - 1), count - 2))
+    )
+    least = min(reference.dominant_error(points, list(choice), closed) for choice in choices)
+    best = dominant_points(points, count, closed=closed).square_error
+    assert best <= least * (1 + 1e-9) + 1e-24 * np.abs(points).max() ** 2
+
+
+def test_the_default_is_the_optimum_of_sixty_points():
+    rng = np.random.default_rng(4)
+    for n, count in ((60, 48), (60, 52), (35, 21), (26, 16)):
+        straight = np.cumsum(np.repeat(rng.normal(size=(n // 5 + 1, 2)), 5, axis=0), axis=0)[:n]  # runs, as tool paths
+        for points in (rng.normal(size=(n, 3)).cumsum(axis=0), straight):
+            optimum = square_error(points, optimal_dominant_points(points, count))
+            assert dominant_points(points, count).square_error <= 1.0001 * optimum + 1e-24
+
+
 @pytest.mark.parametrize("shape", shapes(per_family=1, max_points=600))
 def test_the_default_is_near_the_optimum_and_never_above_the_paper(shape):
     for points, parts in ((thinned(shape), (0.9, 0.7, 0.6)), (shape.points, (0.8,))):

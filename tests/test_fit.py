@@ -248,6 +248,28 @@ def test_a_straight_run_takes_four_poles_however_unevenly_it_is_given(seed, deca
         assert cadfit.fit(points, tolerance * np.sqrt(26.0), effort=effort).poles == 4
 
 
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_a_straight_run_takes_four_poles_in_noise_larger_than_the_spacing(effort):
+    for seed, noise in ((0, 0.3), (1, 0.2), (2, 0.4)):
+        rng = np.random.default_rng(seed)
+        along = np.cumsum(10 ** rng.uniform(-5, 0, 60))
+        points = along[:, None] * np.array([0.6, 0.8]) / along[-1] + noise * 1e-5 * rng.uniform(-0.7, 0.7, (60, 2))
+        fit = cadfit.fit(points, 1e-5, effort=effort)
+        assert fit.poles == 4
+        held(fit, type(OWN["leaf"])(points, False))
+
+
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_points_far_nearer_each_other_than_the_tolerance_are_measured_at_their_own_places(effort):
+    t = np.linspace(0, 1, 1500)  # 1.6 times as far as they are, where each moved by less than the way to the next
+    points = np.column_stack([10 * t, np.sin(9 * t)])
+    fit = cadfit.fit(points, 0.1, effort=effort)
+    far = cadfit.deviation(fit, points)
+    assert fit.deviation.points <= 1.01 * far.points
+    assert fit.deviation.between <= 1.01 * far.between
+    held(fit, type(OWN["leaf"])(points, False))
+
+
 def test_a_square_of_four_vertices_is_four_straight_edges():
     fit = cadfit.fit(turn(4), 1e-6, closed=True, between="polyline")
     assert [len(curve.poles) for curve in fit.curves] == [4] * 4
@@ -519,7 +541,7 @@ def test_the_least_tolerance_named_can_be_held_where_the_points_are_far_away():
     with pytest.raises(ValueError, match="at least") as error:
         cadfit.fit(points, 1e-9, closed=True)
     least = float(str(error.value).split("at least ")[1].split()[0])
-    fit = cadfit.fit(points, 1.01 * least, closed=True, effort="fast")
+    fit = cadfit.fit(points, least, closed=True, effort="fast")
     assert fit.deviation.points <= 1.01 * least
 
 

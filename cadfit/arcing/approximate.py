@@ -14,7 +14,7 @@ from cadfit.arcing.stretch import Chain, apart, fewest, joined
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.approximate import fit
-from cadfit.numbers import as_number
+from cadfit.numbers import as_number, rounded_up
 from cadfit.stages import Progress, portion
 
 _CORNER = 1e-3  # radians: what two pieces must turn at least for their joint to be one
@@ -68,7 +68,9 @@ def arcs(
     size = float(np.linalg.norm(np.ptp(flat.reshape(-1, 2), axis=0)))
     least = 256.0 * _EPS * float(np.abs(flat).max())
     if not least <= tolerance < np.inf:
-        raise ValueError(f"the tolerance must be at least {least:.3g} for a curve of this size, not {tolerance}")
+        raise ValueError(
+            f"the tolerance must be at least {rounded_up(least)} for a curve of this size, not {tolerance}"
+        )
     largest = _LARGEST * size if max_radius is None else as_number(max_radius, "largest radius")
     if not largest > 0.0:
         raise ValueError(f"the largest radius must be positive, not {max_radius}")

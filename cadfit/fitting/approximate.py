@@ -13,7 +13,7 @@ from cadfit.bspline import BSpline, own
 from cadfit.fitting.apart import corners_apart, fit_apart, nearness
 from cadfit.fitting.deviation import deviation_at
 from cadfit.fitting.result import Fit, written
-from cadfit.numbers import as_number, as_numbers
+from cadfit.numbers import as_number, as_numbers, rounded_up
 from cadfit.points.clean import LARGEST, check_size, clean
 from cadfit.points.corners import find_corners
 from cadfit.stages import Progress, portion, rising, stage
@@ -73,7 +73,7 @@ def fit(
     check_size(given)
     least = smallest_tolerance(given)
     if not as_number(tolerance, "tolerance") >= least:
-        raise ValueError(f"the tolerance must be at least {least:.3g} for points of this size, not {tolerance}")
+        raise ValueError(f"the tolerance must be at least {rounded_up(least)} for points of this size, not {tolerance}")
     if not tolerance < LARGEST:
         raise ValueError(f"the tolerance must be below {LARGEST:g}, not {tolerance}")
     weight = _weights(weights, len(np.asarray(points)))[cleaned.kept]

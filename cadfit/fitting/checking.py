@@ -19,6 +19,8 @@ from cadfit.fitting.turning import loops
 from cadfit.stages import stage
 
 _FEET = 2  # Newton steps toward the foot points of those not fitted
+_ROUNDS = 8  # of them where the farthest is not at its own
+_WORTH = 0.98  # of its squared distance: so much nearer it has to come at the first step
 SURER = 0.97  # of the tolerance, for some of the points: so the others keep it sooner
 _EPS = float(np.finfo(np.float64).eps)
 _NONE = np.zeros(0, dtype=np.intp)
@@ -125,6 +127,12 @@ def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
         u = feet(trial.curve, points.T, u, goal.period if stretch.closed else None)
     if stretch.closed and u[0] < spans.knots[0]:
         u += goal.period
+    return _checked_at(stretch, trial, spline, u, rows)
+
+
+def _checked_at(stretch: Stretch, trial: Trial, spline: BSpline, u: Array, rows: Ints) -> Check:
+    """Return the check for the points at the parameters u (n,)."""
+    points = stretch.points
     twice, contour, at = unrolled(spline, points, u) if stretch.closed else (spline, points, u)
     error = distances(twice, contour, at)[: len(points)] / stretch.tolerance
     near = error.max() <= 1.0
@@ -133,6 +141,24 @@ def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
     if near and stretch.polyline:
         looped = loops(trial.curve, points.T, u, stretch.tolerance, stretch.tangents)
     return Check(trial, spline, u, error, strayed, len(looped) > 0)
+
+
+@stage("finding the nearest places")
+def nearer(stretch: Stretch, check: Check) -> Check:
+    """Return the check with points at their foot points where the farthest is not at its own, and comes nearer so.
+
+    While fitting, points move less than half of the way to the next ones, which short of dense ones' foot points ends.
+    """
+    trial, worst = check.trial, [int(np.argmax(check.error))]
+    cycle, reach = trial.goal.period if stretch.closed else None, 2.0 * stretch.tolerance
+    there = _toward_feet(trial, stretch.points[worst].T, check.u[worst], cycle, reach, 1)[1]
+    if there[0] > _WORTH * (check.error.max() * stretch.tolerance) ** 2:
+        return check
+    u = _in_order(stretch, trial, _toward_feet(trial, stretch.points.T, check.u, cycle, reach, _ROUNDS)[0])
+    if stretch.closed and u[0] < trial.curve.spans.knots[0]:
+        u += trial.goal.period
+    found = _checked_at(stretch, trial, check.spline, u, np.arange(len(u)))
+    return found if found.passed and found.error.max() < check.error.max() else check
 
 
 def _strayed(stretch: Stretch, spline: BSpline, points: Array, u: Array, rows: Ints) -> Ints:
@@ -155,19 +181,33 @@ def _all_feet(stretch: Stretch, trial: Trial, rows: Ints) -> Array:
     known = np.append(trial.u[trial.goal.data], trial.u[0] + period)
     rows = np.append(rows, n)[: len(rows) + stretch.closed]
     u = np.interp(along[:n], along[rows], known[: len(rows)])
-    reach = 2.0 * period / len(rows)
-    places, cycle = stretch.points.T, period if stretch.closed else None
-    square = _squares(trial, places, u, cycle)
-    for _ in range(_FEET):
+    cycle = period if stretch.closed else None
+    return _in_order(
+        stretch, trial, _toward_feet(trial, stretch.points.T, u, cycle, 2.0 * period / len(rows), _FEET)[0]
+    )
+
+
+def _toward_feet(
+    trial: Trial, places: Array, u: Array, cycle: float | None, reach: float, steps: int
+) -> tuple[Array, Array]:
+    """Return the parameters (n,) that Newton's steps, none above `reach`, lead to from u, and the squared distances."""
+    square, known = _squares(trial, places, u, cycle), trial.curve.spans.knots[[0, -1]]
+    for _ in range(steps):
         moved = u + np.clip(foot_steps(trial.curve, places, u, cycle), -reach, reach)
-        if not stretch.closed:
-            moved = np.clip(moved, known[0], known[-2])
-        nearer = _squares(trial, places, moved, cycle)
-        u, square = np.where(nearer < square, moved, u), np.minimum(nearer, square)
+        if cycle is None:
+            moved = np.clip(moved, *known)
+        there = _squares(trial, places, moved, cycle)
+        u, square = np.where(there < square, moved, u), np.minimum(there, square)
+    return u, square
+
+
+def _in_order(stretch: Stretch, trial: Trial, u: Array) -> Array:
+    """Return parameters (n,) that rise: what is out of order is moved as little as can be, to the middle."""
+    n, period, knots = len(u), trial.goal.period, trial.curve.spans.knots
     if stretch.closed:
         u = np.concatenate([u - period, u, u + period])
     else:
-        u[0], u[-1] = known[0], known[-2]
+        u[0], u[-1] = knots[0], knots[-1]
     u = 0.5 * (np.maximum.accumulate(u) + np.minimum.accumulate(u[::-1])[::-1])
     return np.asarray(u[n : 2 * n] if stretch.closed else u)
 

@@ -60,8 +60,9 @@ def dominant_points(
     the search exceeds it. `closed`: the curve returns to the first point, which may be repeated at the end or not;
     there are no ends then that must be kept. `method`: "paper" is the paper's search
     (`initial_dominant_points`, `refine_dominant_points`); "best" starts from that or from all points less the least
-    costly, whichever is better, then moves and exchanges points until that lowers the error no further. Its error is
-    never above the paper's for the same count, and most often far below. `progress` is called with the part that is
+    costly, whichever is better, then rearranges few points, and moves and exchanges many in a few rounds. Its error is
+    never above the paper's for the same count, most often far below, and for an open curve of up to 60 points about the
+    least there is. `progress` is called with the part that is
     done, from 0 to 1, as far as can be told; raising from it stops the search.
 
     Raises ValueError for bad points (naming the row), too small or too large to square, and for a count, fraction or

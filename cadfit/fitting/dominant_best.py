@@ -1,16 +1,18 @@
 """Dominant points of a lower square error than the paper's search finds: the default.
 
-All points, less the least costly one after another, or what the paper's search finds, where that is better; then rounds
-of moves and exchanges, each of many that are far enough apart not to touch the same pieces; and where the dominant
-points are few, their best arrangement (`dominant_optimum`). No step raises the square error.
+All points, less the least costly one after another, or what the paper's search finds, where that is better; where the
+dominant points are few, their best arrangement (`dominant_optimum`); then rounds of moves and exchanges, each of many
+that are far enough apart not to touch the same pieces. No step raises the square error.
 """
 
 from __future__ import annotations
 
+from math import comb
+
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.dominant_optimum import rearranged
+from cadfit.fitting.dominant_optimum import best_choice, rearranged
 from cadfit.fitting.dominant_pieces import (
     chain_error,
     drop_costs,
@@ -28,11 +30,13 @@ _SHARE = 0.8  # of what is still to go, at most this is dropped in a round: at 0
 _STEPS = (-1, 1, -2, 2)  # rows a dominant point is moved by
 _CANDIDATES = 8  # points of a piece that are tried as dominant ones
 _ROUNDS = 8
-_PART = 0.01  # a round that lowers the error by less than this part is the last
+_PART = 0.003  # a round that lowers the error by less than this part is the last
 _LEAST = 1e-12  # the part of the error by which a change must lower it: less is rounding
+_CHOICES = 2000  # of dominant points of a closed curve, that are all tried
 _FEW = 130  # dominant points that are rearranged
-_LONGER = 2  # the longest step tried above the longest there is
-_WORK = 5e5  # sums to compare: what the longest step tried goes by
+_SMALL = 60  # points of which steps are tried as long as _LITTLE work allows
+_LONGER = 2  # of more, the longest step tried above the longest there is
+_LITTLE, _WORK = 2e5, 5e5  # sums to compare: what the longest step tried goes by
 
 
 def improved(
@@ -42,16 +46,18 @@ def improved(
 
     `columns` (d, n): the points. `starts`: dominant points (m,), rising. No square error is above one before it.
     """
+    n, m = columns.shape[1], len(starts[0])
+    if closed and n <= _SMALL and comb(n, m) <= _CHOICES:
+        starts = [*starts, best_choice(columns, m)]
     indices = min(starts, key=lambda each: chain_error(columns, each, closed))
-    history = [chain_error(columns, indices, closed)]
-    m, arranged = len(indices), False
-    for start in () if m > _FEW else (0, m // 2) if closed else (0,):
+    history, arranged = [chain_error(columns, indices, closed)], False
+    for start in _rearranging(n, m, closed):
         found = _rearranged(columns, indices, closed, start)
-        arranged = found is not indices and not closed
+        arranged = found is not indices
         if (error := chain_error(columns, found, closed)) < history[-1]:
             indices = found
             history.append(error)
-    if arranged:  # moves and exchanges find no more
+    if arranged and n <= _SMALL:  # moves and exchanges find next to nothing then
         return indices, history
     indices, last = settled(columns, indices, closed, progress)
     return indices, history + last[1:]
@@ -87,7 +93,7 @@ def settled(columns: Array, indices: Ints, closed: bool, progress: Progress = un
         if error < before:
             indices = changed
             history.append(error)
-        if error > (1.0 - _PART) * before:
+        if error >= (1.0 - _PART) * before:
             break
     return indices, history
 
@@ -177,19 +183,25 @@ def _additions(columns: Array, indices: Ints, closed: bool, errors: Array) -> tu
     return rows[best], pieces[best], gains[best]
 
 
-def _rearranged(columns: Array, indices: Ints, closed: bool, start: int) -> Ints:
-    """Return the dominant points in the best arrangement; of a closed curve but for six before rank `start`.
+def _rearranging(n: int, m: int, closed: bool) -> tuple[int, ...]:
+    """Return the ranks from which the dominant points are rearranged; a closed curve's three from there on stay."""
+    if m > _FEW or m < (4 if closed else 3):
+        return ()
+    quarters = 1 if not closed else 2 if n > _SMALL else 4
+    return tuple(quarter * m // quarters for quarter in range(quarters))
 
-    As they are where there is nothing to arrange, or too much.
+
+def _rearranged(columns: Array, indices: Ints, closed: bool, start: int) -> Ints:
+    """Return the dominant points in the best arrangement, as they are where that is too much work.
+
+    Of many points steps are not tried that are much longer than the longest.
     """
     n, m = columns.shape[1], len(indices)
-    if m < (7 if closed else 3):
-        return indices
-    ranks = np.arange(start - 2, start + m - 2) if closed else np.clip(np.arange(-2, m + 2), 0, m - 1)
+    ranks = np.arange(start, start + m + 3) if closed else np.clip(np.arange(-2, m + 2), 0, m - 1)
     window = indices[ranks % m] + n * (ranks // m)
     width, longest = int(window[-3] - window[2]), int(np.diff(window[2:-2]).max())
-    reach = max(int((_WORK / (width * (width - len(window) + 7))) ** (1.0 / 3.0)), 3)
-    if longest > reach:
+    most = max(int(((_LITTLE if n <= _SMALL else _WORK) / (width * (width - len(window) + 7))) ** (1.0 / 3.0)), 3)
+    if longest > most + 1:
         return indices
-    found = rearranged(columns, window, min(reach, longest + _LONGER))
+    found = rearranged(columns, window, max(most if n <= _SMALL else min(most, longest + _LONGER), longest))
     return np.unique(np.concatenate([window[:2], found, window[-2:]]) % n)

@@ -7,6 +7,8 @@ each pair of start and end, since the handles enter squared at most.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -36,41 +38,56 @@ def optimal_dominant_points(points: ArrayLike, count: int) -> Ints:
     return rearranged(np.ascontiguousarray(given.T), padded(first, False, 2), n)
 
 
+def best_choice(columns: Array, count: int) -> Ints:
+    """Return the dominant points (count,) of the least square error on a closed curve, by trying all choices."""
+    choices = np.array(list(combinations(range(columns.shape[1]), count)))
+    pieces = np.stack([np.roll(choices, -k, axis=1) for k in (-1, 0, 1, 2)], axis=2)
+    errors = piece_errors(columns, pieces.reshape(-1, 4)).reshape(choices.shape)
+    return np.asarray(choices[errors.sum(axis=1).argmin()])
+
+
 def rearranged(columns: Array, window: Ints, reach: int) -> Ints:
     """Return the best dominant points between window[2] and window[-3], which are kept, with no step above `reach`.
 
     `columns` (d, n): the points. `window` (k + 4,): consecutive dominant points, two on either side staying as they
     are; rows rise, beyond n past the seam of a closed curve, and repeat an open end. No step may now be above it.
     """
-    before, first, last, after = window[:2], int(window[2]), int(window[-3]), window[-2:]
+    outer, first, last, after = window[:2], int(window[2]), int(window[-3]), window[-2:]
     width = last - first
     spare = width - len(window) + 5  # points left out
     reach = min(reach, spare + 1)
-    errors = _piece_errors(columns, first, width, reach, int(before[1]), int(after[0]))
+    errors = _piece_errors(columns, first, width, reach, int(outer[1]), int(after[0]))
     steps = np.arange(1, reach + 1)
-    errors[0, 0, 0] = piece_errors(columns, _rows(columns, *before, first, np.minimum(first + steps, after[0])))
-    # least[b, h, s, g]: of the chains to place b, s points left out, whose last steps are h and then g; without the
-    # error of the last piece. A step of 0 leads to the dominant points before the window.
-    least = np.full((width + 1, reach + 1, spare + 1, reach + 1), np.inf)
-    least[0, 0, 0, 0] = 0.0
-    for b in range(width):
-        lowest = np.minimum.reduce(least[b, ..., None] + errors[b, :, None])
-        for step in range(1, min(reach, width - b) + 1):
-            least[b + step, :, step - 1 :, step] = lowest[: spare + 2 - step, :, step - 1].T
+    errors[0, 0, 0] = piece_errors(columns, _rows(columns, *outer, first, np.minimum(first + steps, after[0])))
+    # ahead[b, s, g, f]: the least error of the chains to place b, s points left out, whose last step is g, with the
+    # piece before b, when f + 1 is the next step; with room for steps back to before the first place, and fewer than no
+    # points left out. A step of 0 leads to the dominant points before the window.
+    ahead = np.full((reach + width + 1, reach + spare + 1, reach + 1, reach), np.inf)
+    ahead[reach, reach, 0] = errors[0, 0, 0]
+    # before[b, h, s, g]: the same of chains to place b whose last steps are h and g + 1, with g points left out in that
+    from_place, from_left, from_step, to_step = ahead.strides
+    before = np.lib.stride_tricks.as_strided(
+        ahead[reach - 1 :, reach:],
+        (width + 1, reach + 1, spare + 1, reach),
+        (from_place, from_step, from_left, to_step - from_place - from_left),
+        writeable=False,
+    )
+    for b in range(1, width):
+        ahead[reach + b, reach:, 1:] = np.minimum.reduce(before[b, ..., None] + errors[b, :, None, 1:])
     near = np.maximum(last - np.arange(reach + 1), first)
     errors[width] += piece_errors(columns, _rows(columns, near, last, *after))[:, None]
-    return first + _traced(least, errors)
+    return first + _traced(before, errors)
 
 
-def _traced(least: Array, errors: Array) -> Ints:
+def _traced(before: Array, errors: Array) -> Ints:
     """Return the places of the best chain that leaves out all it can spare, back from its last two steps."""
-    places, left = [len(least) - 1], least.shape[2] - 1
-    ends = least[-1, :, left] + errors[-1, :, :, 0]
+    places, left = [len(before) - 1], before.shape[2] - 1
+    ends = before[-1, :, left] + errors[-1, :, 1:, 0]
     h, g = (int(step) for step in np.unravel_index(ends.argmin(), ends.shape))
-    while places[-1] > g:
-        places.append(places[-1] - g)
-        left -= g - 1
-        g, h = h, int((least[places[-1], :, left, h] + errors[places[-1], :, h, g - 1]).argmin())
+    while places[-1] > g + 1:
+        places.append(places[-1] - g - 1)
+        left -= g
+        g, h = h - 1, int((before[places[-1], :, left, h - 1] + errors[places[-1], :, h, g]).argmin())
     return np.array([0, *places[::-1]])
 
 

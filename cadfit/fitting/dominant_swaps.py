@@ -145,6 +145,7 @@ class _Chain:
         heapify(self.largest)
         heapify(self.smallest)
         self.history = [sum(self.error)]
+        self.summed = self.history[0]  # the last error that is a sum: what is taken off it adds up roundings
 
     def indices(self) -> Ints:
         """Return the dominant points, rising."""
@@ -159,7 +160,7 @@ class _Chain:
         squares = self.squares(self.before[left], left, right, self.after[right])
         added = (left + 1 + squares.index(max(squares))) % self.n
         ends = self.smallest_ends()
-        near = self.walk(left, 2, 3)
+        near = self.walk(left, 2, 3)  # those whose cost of being dropped the added one changes
         for row in near:
             if self.place[row] in self.free:
                 self.free.doubt(self.place[row])
@@ -169,10 +170,18 @@ class _Chain:
         for row, cost in self.costs(ends) if ends else self.free_costs(gain - needed):
             if gain - cost > needed:
                 self.queue({row, added, *near, *self.drop(row)})
-                self.history.append(self.history[-1] - (gain - cost))
+                self.history.append(self.lowered(gain - cost))
                 return True
         self.unlink(added)
         return False
+
+    def lowered(self, fall: float) -> float:
+        """Return the total error that falls by so much, summed anew where it has halved since that was done."""
+        total = self.history[-1] - fall
+        if total >= 0.5 * self.summed:
+            return total
+        self.summed = sum(self.error)
+        return self.summed if self.summed < self.history[-1] else total
 
     def smallest_ends(self) -> list[int]:
         """Return the ends of the piece of the smallest error, where all have some, in the order to try them."""

@@ -43,6 +43,10 @@ class Fit:
     between: str | None = None
     call: str = ""
 
+    def __post_init__(self) -> None:
+        for rows in (self.corners, self.cleaned):
+            rows.setflags(write=False)
+
     def __repr__(self) -> str:
         far = max(self.deviation.points, self.deviation.between)
         kind = "closed" if self.closed else "open"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
-from cadfit.fitting.checking import Check, Stretch, checked
+from cadfit.fitting.checking import Check, Stretch, checked, nearer
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
@@ -49,8 +49,11 @@ def fit_stretch(
 
     `doubled` (n,): which of them stand for others that are all but equal.
     """
-    if len(points) == 2 and all(tangent is None for tangent in tangents):
-        return _straight(points)
+    straight = None
+    if not closed and all(tangent is None for tangent in tangents):
+        straight = _straight(points, tolerance * (1.0 - _MARGIN) - _LOST * _EPS * float(np.abs(points).max()))
+    if straight is not None and len(points) == 2:
+        return straight
     origin = _middle(points)
     order, flipped = _canonical(points - origin, closed)
     size = 2.0 * float(np.linalg.norm(points - origin, axis=1).max())
@@ -60,8 +63,10 @@ def fit_stretch(
         first, last = tangents
         tangents = None if last is None else -last, None if first is None else -first
     stretch = Stretch(unit, near, closed, polyline, weights[order] / weights[order].mean(), doubled[order], tangents)
-    curve, u = _as_given(_found(stretch, best, progress), order, flipped)
+    curve, u = _as_given(nearer(stretch, _found(stretch, best, progress)), order, flipped)
     low = curve.spans.knots[0]
+    if straight is not None and curve.spans.count > 1:  # points back and forth along a line, in noise
+        return straight
     poles = curve.poles * size + origin[:, None]
     if not closed:
         poles[:, 0], poles[:, -1] = points[0], points[-1]
@@ -110,24 +115,43 @@ def _as_given(check: Check, order: Ints, flipped: bool) -> tuple[Curve, Array]:
 
 
 def _seamed(curve: Curve) -> Curve:
-    """Return the closed curve begun where spans are not short, for which a long one just before is cut if need be.
+    """Return the closed curve begun where spans are not short: at its start, or at the nearest such knot.
 
-    Next to a short span the last bits of the poles show in the second derivative.
+    Next to a short span the last bits of the poles show in the second derivative. Where all knots have one beside them,
+    a long span just before the start is cut.
     """
-    steps = curve.spans.steps
+    knots, steps = curve.spans.knots, curve.spans.steps
     k = int(np.argmax(steps[-3:])) - 3 + len(steps)
     if min(steps[0], steps[-1]) >= _SEAM * max(steps[0], steps[k]):
         return curve
+    away = np.minimum(knots[:-1] - knots[0], knots[-1] - knots[:-1])
+    away[np.minimum(steps, np.roll(steps, 1)) < _SEAM * steps.max()] = np.inf
+    nearest = int(np.argmin(away))
+    if away[nearest] < np.inf:
+        return curve.from_span(nearest)
     curve = curve.from_span(k)
     return curve.with_knot(float(0.5 * (curve.spans.knots[0] + curve.spans.knots[1]))).from_span(1)
 
 
-def _straight(points: Array) -> tuple[BSpline, Array]:
-    """Return the segment between two points."""
-    length = float(np.linalg.norm(points[1] - points[0]))
-    poles = straight_chain(points, closed=False)[0]
-    poles[-1] = points[1]
-    return BSpline(own(poles), np.repeat([0.0, length], 4)), np.array([0.0, length])
+def _straight(points: Array, tolerance: float) -> tuple[BSpline, Array] | None:
+    """Return the segment between the first and the last point, if all are within the tolerance of it, in order.
+
+    Then what lies on it between two of their places is within that of the chord between them, too. Where points come
+    back along it, their place is in the middle between the farthest so far and the nearest still to come.
+    """
+    length = float(np.linalg.norm(points[-1] - points[0]))
+    if not length:
+        return None
+    along = (points - points[0]) @ ((points[-1] - points[0]) / length)
+    u = 0.5 * (np.maximum.accumulate(along) + np.minimum.accumulate(along[::-1])[::-1])
+    u = np.minimum(np.maximum(u, 0.0), length)
+    u[0], u[-1] = 0.0, length
+    far = points - (points[0] + (u / length)[:, None] * (points[-1] - points[0]))
+    if np.linalg.norm(far[1:-1], axis=1).max(initial=0.0) > tolerance:
+        return None
+    poles = straight_chain(points[[0, -1]], closed=False)[0]
+    poles[-1] = points[-1]
+    return BSpline(own(poles), np.repeat([0.0, length], 4)), u
 
 
 def _found(stretch: Stretch, best: bool, progress: Progress) -> Check:

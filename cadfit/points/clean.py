@@ -80,13 +80,15 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
     `closed`: whether the curve returns to its first point; None: it does when the last row repeats the first and three
     points or more are distinct. (Back and forth between two points is no contour: A, B, A, B, A stays open.)
 
-    Raises ValueError naming the row for anything but numbers (`as_points`), and when fewer than 2 distinct points
-    (closed: 3) are left.
+    Raises TypeError for another `closed`, ValueError naming the row for anything but numbers (`as_points`), and when
+    fewer than 2 distinct points (closed: 3) are left.
 
     >>> contour = clean([(0, 0), (1, 0), (1, 0), (0, 1), (0, 0)])
     >>> contour.points.tolist(), contour.dropped.tolist(), contour.closed
     ([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [2], True)
     """
+    if not isinstance(closed, (bool, np.bool_, type(None))):
+        raise TypeError(f"closed must be True, False or None, not {closed!r:.80}")
     array = as_points(points)
     fresh = np.concatenate([[True], np.any(array[1:] != array[:-1], axis=1)])
     kept = np.flatnonzero(fresh)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cadfit.bspline import BSpline
 from cadfit.joining import join
-from cadfit.numbers import as_number
+from cadfit.numbers import as_number, rounded_up
 from cadfit.points.clean import LARGEST
 from cadfit.stages import Progress, unheard
 from cadfit.sweeping.frames import lifted
@@ -43,7 +43,7 @@ class Wanted:
         least = _FINEST * (float(np.abs(path.poles).max()) + reach)
         if self.tolerance < least:
             raise ValueError(
-                f"the tolerance {self.tolerance:g} is below what numbers of this size hold: {least:.3g} or more"
+                f"the tolerance {self.tolerance:g} is below what numbers of this size hold: {rounded_up(least)} or more"
             )
 
     def tell(self, found: list[Crossing]) -> None:
