@@ -127,7 +127,7 @@ def test_points_of_every_kind():
     for bad, message in [
         (7, "points must be a list of points, not 7"),
         ("points", "points must be a list"),
-        ([(0, 0), (1, 2, 3, 4)], "row 1 of the points has 4 coordinates"),
+        ([(0, 0), (1, 2, 3, 4)], "row 1 of the points has 4 numbers, the rows before it 3"),
         ([(0, 0), "x"], "row 1"),
         ([vertex, to_edge(circle())], "row 1 of the points is not a point: TopoDS_Edge"),
         ([vertex, (1, float("nan"), 2)], "row 1 of the points is not finite"),
