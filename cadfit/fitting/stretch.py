@@ -142,7 +142,11 @@ def _straight(points: Array, tolerance: float) -> tuple[BSpline, Array] | None:
     length = float(np.linalg.norm(points[-1] - points[0]))
     if not length:
         return None
-    along = (points - points[0]) @ ((points[-1] - points[0]) / length)
+    direction = (points[-1] - points[0]) / length
+    some = points[:: len(points) // 16 + 1] - points[0]  # they tell of most curves that they are not straight
+    if np.linalg.norm(some - (some @ direction)[:, None] * direction, axis=1).max() > tolerance:
+        return None
+    along = (points - points[0]) @ direction
     u = 0.5 * (np.maximum.accumulate(along) + np.minimum.accumulate(along[::-1])[::-1])
     u = np.minimum(np.maximum(u, 0.0), length)
     u[0], u[-1] = 0.0, length
