@@ -203,7 +203,7 @@ def flanges(turn, apart=3.0, neck=0.3):
     return path, radius
 
 
-@pytest.mark.parametrize("turn", [20, 40, 60, 80])
+@pytest.mark.parametrize("turn", [20, *(pytest.param(turn, marks=pytest.mark.slow) for turn in (40, 60, 80))])
 def test_discs_on_both_sides_of_a_gentle_bend(turn):
     """Where each is the path is straight, and the neck between them has room in the bend."""
     path, radius = flanges(np.radians(turn))

@@ -76,7 +76,7 @@ def helix(n=400, turns=4, pitch=1.5):
     return np.column_stack([radius * np.cos(t), radius * np.sin(t), -pitch * t / (2 * np.pi)])
 
 
-@pytest.mark.parametrize("tolerance", [0.05, 0.01])
+@pytest.mark.parametrize("tolerance", [0.05, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_an_even_climb_takes_helices(tmp_path, tolerance):
     out, done = refitted(HEAD + program(helix(), letters="XYZ") + FOOT, tmp_path, tolerance)
     assert done.moves[0] > 10 * done.moves[1]
