@@ -54,5 +54,5 @@ def judged(curve, points, tolerance, closed):
             curve = cadfit.join(curve.split(float(start))[::-1])
     far = cadfit.deviation(curve, points)
     room = room_of(chain_of(points[: len(points) - closed], closed, False), tolerance)
-    strayed = straying_chords(curve, points, match(curve, points)[0], room)
+    strayed = straying_chords(curve, points, *match(curve, points), room)
     return Peer(len(curve.poles), far.points, far.between, not len(strayed))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
 from cadfit.bspline import BSpline
-from cadfit.numbers import as_numbers
+from cadfit.numbers import as_numbers, check_finite
 
 _LONG = 1e2  # times the shorter of two spans: a pole there moves by so many of its last bits, at most
 
@@ -94,9 +94,7 @@ def polyline(points: ArrayLike, closed: bool = False) -> BSpline:
     points = as_numbers(points, "points")
     if points.ndim != 2 or len(points) < 2:
         raise ValueError(f"points must have the shape (n >= 2, d), not {points.shape}")
-    if not np.isfinite(points).all():
-        row = int(np.argmin(np.isfinite(points).all(axis=1)))
-        raise ValueError(f"row {row} of the points is not finite: {points[row].tolist()}")
+    check_finite(points, "points")
     if closed and not np.array_equal(points[0], points[-1]):
         points = np.concatenate([points, points[:1]])
     steps = points[1:] - points[:-1]

@@ -51,6 +51,19 @@ def as_numbers(values: ArrayLike, name: str) -> Array:
         raise ValueError(_why_none(values, name)) from None
 
 
+def check_finite(rows: Array, name: str) -> None:
+    """Raise ValueError naming the first of the rows (n, d) that is not finite.
+
+    >>> check_finite(np.array([[0.0, 1.0], [np.nan, 2.0]]), "points")
+    Traceback (most recent call last):
+    ValueError: row 1 of the points is not finite: [nan, 2.0]
+    """
+    finite = np.isfinite(rows)
+    if not finite.all():
+        row = int(np.argmin(finite.all(axis=1)))
+        raise ValueError(f"row {row} of the {name} is not finite: {rows[row].tolist()}")
+
+
 def _why_none(values: Any, name: str) -> str:
     """Find the first row that keeps the values from being an array of numbers."""
     width = None

@@ -16,6 +16,7 @@ from cadfit.bspline import BSpline
 from cadfit.fitting.along import allowed, off_chords, off_points, trace
 from cadfit.fitting.result import Fit
 from cadfit.points.clean import as_points
+from cadfit.points.measures import lengths_along
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -202,7 +203,7 @@ def curvature_comb(spline: BSpline, count: int = 300, scale: float | None = None
     if count < 2:
         raise ValueError(f"a comb has at least 2 teeth, not {count}")
     u = _smooth_parameters(spline)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline(u), axis=0), axis=1))])
+    along = lengths_along(spline(u))
     at = np.interp(np.linspace(0.0, along[-1], count), along, u)
     feet = spline(at)
     return feet, feet - _scale([spline], scale) * spline.curvature(at)

@@ -5,6 +5,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import cadfit
 from cadfit.fitting.along import allowed, largest_rows, off_chords, off_points, trace
 from cadfit.fitting.deviation import straying_chords
+from cadfit.fitting.matching import distances
 
 from reference import EPS
 
@@ -40,10 +41,11 @@ def test_distances_along_a_fit_are_those_certified(fit):
 def test_what_is_allowed_is_what_the_fit_was_held_to():
     fit = FITS["noisy, in space"]
     whole = cadfit.join(fit.curves)
-    assert len(straying_chords(whole, fit.points, fit.parameters, allowed(fit) * (1.0 + 1e-9))) == 0
+    at = fit.parameters, distances(whole, fit.points, fit.parameters)
+    assert len(straying_chords(whole, fit.points, *at, allowed(fit) * (1.0 + 1e-9))) == 0
     _, between, chords = off_chords(fit, 60_000)
     farthest = (between / allowed(fit)[chords]).max()
-    assert len(straying_chords(whole, fit.points, fit.parameters, 0.99 * farthest * allowed(fit))) > 0
+    assert len(straying_chords(whole, fit.points, *at, 0.99 * farthest * allowed(fit))) > 0
     assert allowed(FITS["closed"]).min() > 0.01
     assert_array_equal(allowed(cadfit.fit(SQUARE, 0.01, closed=True, between="polyline")), np.full(8, 0.01))
     assert allowed(cadfit.fit_dominant(NOISY, fraction=0.5)) is None

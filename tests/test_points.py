@@ -1,5 +1,7 @@
 """Cleaning and parametrization of points: what is kept, what is counted, what is refused."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -8,12 +10,39 @@ from hypothesis import strategies as st
 from cadfit import cardinal_pieces, cardinal_spline, clean, fit_planes, interpolate, local_spline, parametrize
 from cadfit.fitting.dominant import turn_angles
 from cadfit.points.clean import as_contour
+from cadfit.points.measures import chord_lengths, distances_from, extent, lengths_along, middle
 
 from corpus_data import point_rows, rotation, shapes
 from reference import EPS
 
 FITS = [clean, parametrize, cardinal_pieces, cardinal_spline, local_spline, interpolate, fit_planes]
 rows = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 1)), min_size=1, max_size=12)
+
+# measures
+
+MANY = np.random.default_rng(3).normal(size=(20_000, 3)) * [1.0, 1e-9, 1e9]
+
+
+@pytest.mark.parametrize("points", [MANY, MANY[:, :1], MANY[:9], MANY[:1]])
+def test_lengths_are_those_of_numpy_to_the_last_bit(points):
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    np.testing.assert_array_equal(chord_lengths(points), chords)
+    np.testing.assert_array_equal(lengths_along(points), np.cumsum(np.append(0.0, chords)))
+    for places in (points[0], points[::-1]):
+        np.testing.assert_array_equal(distances_from(points, places), np.linalg.norm(points - places, axis=1))
+    assert extent(points) == np.ptp(points, axis=0).max()
+
+
+@pytest.mark.parametrize("points", [MANY, MANY[:3], MANY * 1e-60, MANY * 1e50, MANY + 1e12, np.zeros((2, 3)) + 0.1])
+def test_the_middle_is_rounded_but_once_and_has_no_order(points):
+    found = middle(points)
+    for k, column in enumerate(points.T):
+        exact = sum(map(Fraction, column)) / len(points)
+        rounding = 2 * EPS * abs(exact) + Fraction(2) ** -60 * Fraction(np.abs(points).max())
+        assert abs(Fraction(found[k]) - exact) <= rounding
+    np.testing.assert_array_equal(middle(points[::-1]), found)
+    np.testing.assert_array_equal(middle(np.random.default_rng(4).permutation(points)), found)
+
 
 # clean
 

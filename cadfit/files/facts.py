@@ -10,6 +10,7 @@ from cadfit.bezier import Array, evaluate
 from cadfit.bspline import DEGREE, BSpline
 from cadfit.files.curves import Curves
 from cadfit.fitting.result import Fit
+from cadfit.points.measures import chord_lengths
 
 
 def facts(found: Any) -> dict[str, str]:
@@ -29,7 +30,7 @@ def facts(found: Any) -> dict[str, str]:
 
 def _of_points(points: Array) -> dict[str, str]:
     n, d = points.shape
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps = chord_lengths(points)
     return {
         "kind": "points",
         "points": str(n),

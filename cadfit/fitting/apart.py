@@ -10,6 +10,7 @@ import numpy as np
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.fitting.stretch import fit_stretch
+from cadfit.points.measures import chord_lengths, distances_from
 from cadfit.stages import Progress
 
 Tangents = tuple[Array | None, Array | None]
@@ -22,7 +23,7 @@ _SHARE = 1.0 / 16.0  # of the tolerance, at most, is given up for the latter
 
 def nearness(points: Array, tolerance: float) -> float:
     """Return how near neighbours among the points (n, d) count as one."""
-    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    length = float(chord_lengths(points).sum())
     least = _ROUNDINGS * _EPS * float(np.abs(points).max())
     return max(least, min(_ALONG * _EPS * length, _SHARE * tolerance))
 
@@ -36,7 +37,7 @@ def corners_apart(corners: Ints, parts: list[Ints], points: Array, near: float, 
     if len(parts) < 2:
         return corners
     for k, rows in enumerate(parts):
-        if np.linalg.norm(points[rows] - points[rows[0]], axis=1).max() <= near:
+        if distances_from(points[rows], points[rows[0]]).max() <= near:
             gone[(k + 1) % len(corners) if closed else min(k, len(corners) - 1)] = True
     return corners[~gone]
 
@@ -74,13 +75,13 @@ def told_apart(points: Array, near: float, closed: bool) -> Ints:
     >>> told_apart(np.array([[0.0], [0.1], [1.0], [1.9], [2.0]]), 0.5, closed=False).tolist()
     [0, 2, 4]
     """
-    fresh, last = np.append(True, np.linalg.norm(np.diff(points, axis=0), axis=1) > near), 0
+    fresh, last = np.append(True, chord_lengths(points) > near), 0
     for row in np.flatnonzero(~fresh).tolist():
         last = row - 1 if fresh[row - 1] else last
         fresh[row] = bool(np.linalg.norm(points[row] - points[last]) > near)  # many that crawl are not one
     rows = np.flatnonzero(fresh)
     if closed:
-        back = np.flatnonzero(np.linalg.norm(points[rows] - points[0], axis=1) > near)
+        back = np.flatnonzero(distances_from(points[rows], points[0]) > near)
         return rows[: back[-1] + 1] if len(back) else rows[:1]
     if rows[-1] != len(points) - 1:
         rows = np.append(rows[: max(len(rows) - 1, 1)], len(points) - 1)

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline
 from cadfit.fitting.deviation import straying_chords, unrolled
-from cadfit.fitting.feet import feet, foot_steps, within
-from cadfit.fitting.matching import blocks, distances
+from cadfit.fitting.feet import feet, look, newton, within
+from cadfit.fitting.matching import distances
 from cadfit.fitting.relax import Trial
+from cadfit.fitting.spans import dot
 from cadfit.fitting.targets import BULGE, Targets, bulges, cardinal_chain, straight_chain, targets, with_samples
 from cadfit.fitting.turning import loops
+from cadfit.points.measures import blocks, lengths_along
 from cadfit.stages import stage
 
 _FEET = 2  # Newton steps toward the foot points of those not fitted
@@ -66,6 +68,11 @@ class Stretch:
         """
         return float(len(self.points) if self.polyline else 3 * len(self.points))
 
+    @cached_property
+    def along(self) -> Array:
+        """How long the polyline of the points is up to each of them; where closed, and back to the first."""
+        return lengths_along(np.concatenate([self.points, self.points[:1]]) if self.closed else self.points)
+
     def goal(self, rows: Ints) -> Targets:
         """Return the targets that some of the points make; all of them with samples of the chain between."""
         weights = self.weights[rows]
@@ -86,10 +93,13 @@ class Stretch:
         ends = np.append(rows, len(self.points)) if self.closed else rows
         chord = np.repeat(np.arange(len(ends) - 1), np.diff(ends))
         start, along = self.points[rows], np.diff(self.points[ends % len(self.points)], axis=0)
-        gap = self.points[: len(chord)] - start[chord]
         along = along / np.maximum(np.linalg.norm(along, axis=1), _EPS)[:, None]
-        gap -= np.einsum("nd,nd->n", gap, along[chord])[:, None] * along[chord]
-        return np.asarray(np.sqrt(np.maximum.reduceat(np.einsum("nd,nd->n", gap, gap), ends[:-1])))
+        points, square = self.points[: len(chord)], np.empty(len(chord))
+        for some in blocks(len(chord)):
+            gap, direction = points[some] - start[chord[some]], along[chord[some]]
+            gap -= np.einsum("nd,nd->n", gap, direction)[:, None] * direction
+            square[some] = np.einsum("nd,nd->n", gap, gap)
+        return np.asarray(np.sqrt(np.maximum.reduceat(square, ends[:-1])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,24 +129,22 @@ def checked(stretch: Stretch, trial: Trial, rows: Ints) -> Check:
 
     Which chords the curve strays from is found where the points are within the tolerance.
     """
-    points, goal, spans = stretch.points, trial.goal, trial.curve.spans
-    spline, u = spans.spline(trial.curve.poles), trial.u[goal.data]
-    if len(rows) < len(points):
-        u = _all_feet(stretch, trial, rows)
-    else:
-        u = feet(trial.curve, points.T, u, goal.period if stretch.closed else None)
-    if stretch.closed and u[0] < spans.knots[0]:
-        u += goal.period
-    return _checked_at(stretch, trial, spline, u, rows)
+    if len(rows) < len(stretch.points):
+        return _checked_at(stretch, trial, _all_feet(stretch, trial, rows), rows)
+    cycle = trial.goal.period if stretch.closed else None
+    return _checked_at(stretch, trial, feet(trial.curve, stretch.points.T, trial.u[trial.goal.data], cycle), rows)
 
 
-def _checked_at(stretch: Stretch, trial: Trial, spline: BSpline, u: Array, rows: Ints) -> Check:
-    """Return the check for the points at the parameters u (n,)."""
-    points = stretch.points
+def _checked_at(stretch: Stretch, trial: Trial, u: Array, rows: Ints) -> Check:
+    """Return the check for the points at the parameters u (n,), closed a period on where they are before the start."""
+    points, spline = stretch.points, trial.curve.spans.spline(trial.curve.poles)
+    if stretch.closed and u[0] < trial.curve.spans.knots[0]:
+        u = u + trial.goal.period
     twice, contour, at = unrolled(spline, points, u) if stretch.closed else (spline, points, u)
-    error = distances(twice, contour, at)[: len(points)] / stretch.tolerance
+    gaps = distances(twice, contour, at)
+    error = gaps[: len(points)] / stretch.tolerance
     near = error.max() <= 1.0
-    strayed = _strayed(stretch, twice, contour, at, rows) if near else _NONE
+    strayed = _strayed(stretch, twice, contour, at, gaps, rows) if near else _NONE
     looped = _NONE
     if near and stretch.polyline:
         looped = loops(trial.curve, points.T, u, stretch.tolerance, stretch.tangents)
@@ -155,18 +163,16 @@ def nearer(stretch: Stretch, check: Check) -> Check:
     if there[0] > _WORTH * (check.error.max() * stretch.tolerance) ** 2:
         return check
     u = _in_order(stretch, trial, _toward_feet(trial, stretch.points.T, check.u, cycle, reach, _ROUNDS)[0])
-    if stretch.closed and u[0] < trial.curve.spans.knots[0]:
-        u += trial.goal.period
-    found = _checked_at(stretch, trial, check.spline, u, np.arange(len(u)))
+    found = _checked_at(stretch, trial, u, np.arange(len(u)))
     return found if found.passed and found.error.max() < check.error.max() else check
 
 
-def _strayed(stretch: Stretch, spline: BSpline, points: Array, u: Array, rows: Ints) -> Ints:
+def _strayed(stretch: Stretch, spline: BSpline, points: Array, u: Array, gaps: Array, rows: Ints) -> Ints:
     """Return the chords that the curve is not certain to stay near."""
     least = np.full(len(u) - 1, stretch.tolerance)
-    if len(rows) < len(stretch.points) and not len(straying_chords(spline, points, u, least)):
+    if len(rows) < len(stretch.points) and not len(straying_chords(spline, points, u, gaps, least)):
         return _NONE  # of many chords, all do without the room that their bulge would give them
-    return straying_chords(spline, points, u, stretch.room)
+    return straying_chords(spline, points, u, gaps, stretch.room)
 
 
 def _all_feet(stretch: Stretch, trial: Trial, rows: Ints) -> Array:
@@ -175,9 +181,7 @@ def _all_feet(stretch: Stretch, trial: Trial, rows: Ints) -> Array:
     They start from the polyline's lengths between those rows. Where foot points are out of order, which noise brings
     about, they move by as little as can be: to the middle of the largest so far and the smallest still to come.
     """
-    n, period = len(stretch.points), trial.goal.period
-    around = np.concatenate([stretch.points, stretch.points[:1]]) if stretch.closed else stretch.points
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(around, axis=0), axis=1))])
+    n, period, along = len(stretch.points), trial.goal.period, stretch.along
     known = np.append(trial.u[trial.goal.data], trial.u[0] + period)
     rows = np.append(rows, n)[: len(rows) + stretch.closed]
     u = np.interp(along[:n], along[rows], known[: len(rows)])
@@ -190,15 +194,25 @@ def _all_feet(stretch: Stretch, trial: Trial, rows: Ints) -> Array:
 def _toward_feet(
     trial: Trial, places: Array, u: Array, cycle: float | None, reach: float, steps: int
 ) -> tuple[Array, Array]:
-    """Return the parameters (n,) that Newton's steps, none above `reach`, lead to from u, and the squared distances."""
-    square, known = _squares(trial, places, u, cycle), trial.curve.spans.knots[[0, -1]]
-    for _ in range(steps):
-        moved = u + np.clip(foot_steps(trial.curve, places, u, cycle), -reach, reach)
-        if cycle is None:
-            moved = np.clip(moved, *known)
-        there = _squares(trial, places, moved, cycle)
-        u, square = np.where(there < square, moved, u), np.minimum(there, square)
-    return u, square
+    """Return the parameters (n,) that Newton's steps, none above `reach`, lead to from u, and the squared distances.
+
+    A step that leads away from a place (d, n) is its last, and not taken.
+    """
+    reached, square, (low, high) = np.empty(len(u)), np.empty(len(u)), trial.curve.spans.knots[[0, -1]]
+    for rows in blocks(len(u)):
+        there, at = places[:, rows], u[rows]
+        seen = look(trial.curve, within(trial.curve, at, cycle))
+        least = dot(seen.places - there, seen.places - there)
+        coming = np.ones(len(at), dtype=np.bool_)
+        for _ in range(steps):
+            moved = at + np.clip(newton(trial.curve, there, seen), -reach, reach)
+            moved = moved if cycle is not None else np.clip(moved, low, high)
+            seen = look(trial.curve, within(trial.curve, moved, cycle))
+            far = dot(seen.places - there, seen.places - there)
+            coming &= far < least
+            at, least = np.where(coming, moved, at), np.where(coming, far, least)
+        reached[rows], square[rows] = at, least
+    return reached, square
 
 
 def _in_order(stretch: Stretch, trial: Trial, u: Array) -> Array:
@@ -210,16 +224,6 @@ def _in_order(stretch: Stretch, trial: Trial, u: Array) -> Array:
         u[0], u[-1] = knots[0], knots[-1]
     u = 0.5 * (np.maximum.accumulate(u) + np.minimum.accumulate(u[::-1])[::-1])
     return np.asarray(u[n : 2 * n] if stretch.closed else u)
-
-
-def _squares(trial: Trial, places: Array, u: Array, period: float | None) -> Array:
-    """Return the squared distances (n,) of places (d, n) from the curve at u (n,)."""
-    curve, square = trial.curve, np.empty(len(u))
-    for rows in blocks(len(u)):
-        at = within(curve, u[rows], period)
-        gap = curve.points(at, curve.spans.find(at)) - places[:, rows]
-        np.einsum("dn,dn->n", gap, gap, out=square[rows])
-    return square
 
 
 def chain_of(points: Array, closed: bool, polyline: bool) -> Array:

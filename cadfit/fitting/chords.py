@@ -8,7 +8,7 @@ import numpy as np
 
 from cadfit.bezier import Array, Ints, restrict, split
 from cadfit.bspline import BSpline
-from cadfit.fitting.matching import blocks
+from cadfit.points.measures import blocks
 
 _MOST_INSIDE = 2  # knots inside a chord: three may be one triple knot, at which the tangent breaks
 

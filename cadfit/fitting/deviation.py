@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.chords import chord_bounds, halves, pieces_over, segment_bounds
-from cadfit.fitting.matching import blocks, distances, match
+from cadfit.fitting.matching import distances, match
 from cadfit.fitting.starting import match_around, to_the_ends
 from cadfit.joining import Splines, join, splines_of
 from cadfit.points.clean import as_contour, check_largest
+from cadfit.points.measures import blocks
 from cadfit.stages import Progress, portion, rising, stage, unheard
 
 _MOST_CELLS = 1 << 21  # past this many the bound is returned as it stands
@@ -108,13 +109,14 @@ def unrolled(spline: BSpline, points: Array, u: Array) -> tuple[BSpline, Array, 
     return join([spline, spline]), np.concatenate([points, points[:1]]), np.append(on, u[0] + period)
 
 
-def straying_chords(spline: BSpline, points: Array, u: Array, room: Array) -> Ints:
+def straying_chords(spline: BSpline, points: Array, u: Array, gaps: Array, room: Array) -> Ints:
     """Return the chords whose part of the curve is not certain to stay within their room (n - 1,).
 
-    `points` (n, d), `u` (n,) not falling; the part of chord i runs from u[i] to u[i + 1].
+    `points` (n, d), `u` (n,) not falling, `gaps` (n,) their distances from the curve there; the part of chord i runs
+    from u[i] to u[i + 1].
     """
     knots = spline.distinct_knots
-    unsure = np.flatnonzero(chord_bounds(spline, u, distances(spline, points, u)) > room)
+    unsure = np.flatnonzero(chord_bounds(spline, u, gaps) > room)
     strays = np.zeros(len(room), dtype=bool)
     for rows in blocks(len(unsure)):
         pieces, length, chord = pieces_over(spline, knots, points, u, unsure[rows])

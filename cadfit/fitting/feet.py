@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.matching import blocks
 from cadfit.fitting.spans import Curve, Spans, dot, shifted
+from cadfit.points.measures import blocks
 
 _NO_TANGENT = 1e-300  # squared: where there is none, there is no step
 _NEAR = 0.45  # of the gap to a neighbour: the farthest a foot point moves in one step

@@ -11,7 +11,7 @@ from cadfit.bezier import Array, Ints
 from cadfit.bspline import BSpline, own
 from cadfit.fitting.checking import chain_of, room_of
 from cadfit.fitting.deviation import deviation, straying_chords, unrolled
-from cadfit.fitting.matching import match
+from cadfit.fitting.matching import distances, match
 from cadfit.fitting.result import Fit
 from cadfit.joining import join
 from cadfit.points.clean import clean
@@ -58,7 +58,7 @@ def straying(fit: Fit, tolerance: float) -> Ints:
     room = room_of(chain_of(points, fit.closed, False), tolerance)
     if fit.closed:
         spline, points, u = unrolled(spline, points, u)
-    return straying_chords(spline, points, u, room)
+    return straying_chords(spline, points, u, distances(spline, points, u), room)
 
 
 def _around(whole: BSpline, points: Array) -> Array:

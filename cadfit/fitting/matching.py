@@ -8,16 +8,14 @@ Newton's method the foot point where the order leaves room.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from cadfit.bezier import Array, Ints, nearest
 from cadfit.bspline import BSpline
+from cadfit.points.measures import blocks, lengths_along
 from cadfit.stages import Progress, unheard
 
 _ROWS, _SAMPLES, _PAIRS = 1000, 8000, 4_000_000  # the most points, samples and pairs the dynamic programme takes
-_BLOCK = 1 << 13
 _NEAREST = 1.0 + 1e-6  # times the least distance there is: so near, it is not worth looking for better
 _ROUNDS = 5  # windows a sixth as wide each time: 1/7776 of the samples' spacing at the end
 
@@ -60,11 +58,6 @@ def distances(spline: BSpline, points: Array, u: Array) -> Array:
         gap = spline(u[rows]) - points[rows]
         np.sqrt(np.einsum("nd,nd->n", gap, gap), out=found[rows])
     return found
-
-
-def blocks(n: int) -> Iterator[slice]:
-    """Yield rows a block at a time: 1e6 points pass through the cache."""
-    return (slice(start, start + _BLOCK) for start in range(0, n, _BLOCK))
 
 
 def _interpolated(spline: BSpline, points: Array) -> Array | None:
@@ -139,7 +132,7 @@ def _spread(spline: BSpline, points: Array) -> Array:
     v, samples = samples_between(spline, *spline.domain, _ROWS)
     segment, place = best_order(points[chosen], samples)
     at = np.maximum.accumulate(v[segment] + place * (v[segment + 1] - v[segment]))
-    along_points, along_curve = _lengths_along(points), _lengths_along(samples)
+    along_points, along_curve = lengths_along(points), lengths_along(samples)
     at_length = np.interp(along_points, along_points[chosen], np.interp(at, v, along_curve))
     return np.asarray(np.interp(at_length, along_curve, v))
 
@@ -161,10 +154,6 @@ def samples_between(spline: BSpline, low: float, high: float, rows: int) -> tupl
     v = np.repeat(edges[:-1], counts) + within * np.repeat(np.diff(edges) / counts, counts)
     v = np.append(np.clip(v, low, high), high)
     return v, spline(v)
-
-
-def _lengths_along(points: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
 def best_order(points: Array, samples: Array) -> tuple[Ints, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import count
-from math import fsum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.taut import thinned, tightened
 from cadfit.fitting.thinned import carried, more_rows, spread
+from cadfit.points.measures import chord_lengths, distances_from, middle
 from cadfit.stages import Progress, portion, stage
 
 _MANY = 2500  # points: of more than these some are fitted, and all are checked
@@ -54,11 +54,12 @@ def fit_stretch(
         straight = _straight(points, tolerance * (1.0 - _MARGIN) - _LOST * _EPS * float(np.abs(points).max()))
     if straight is not None and len(points) == 2:
         return straight
-    origin = _middle(points)
-    order, flipped = _canonical(points - origin, closed)
-    size = 2.0 * float(np.linalg.norm(points - origin, axis=1).max())
+    origin = middle(points)
+    centred = points - origin
+    order, flipped = _canonical(centred, closed)
+    size = 2.0 * float(distances_from(points, origin).max())
     near = tolerance * (1.0 - _MARGIN) / size - _LOST * _EPS * float(np.abs(points).max()) / size
-    unit = (points[order] - origin) / size
+    unit = centred[order] / size
     if flipped:
         first, last = tangents
         tangents = None if last is None else -last, None if first is None else -first
@@ -75,11 +76,6 @@ def fit_stretch(
     return spline, np.clip(u % spline.domain[1] if closed else u, *spline.domain)
 
 
-def _middle(points: Array) -> Array:
-    """Return the mean of the points: summed exactly, so that no order of theirs changes its last bit."""
-    return np.array([fsum(column) / len(points) for column in points.T.tolist()])
-
-
 def _canonical(points: Array, closed: bool) -> tuple[Ints, bool]:
     """Return the rows, in an order that depends on the places alone, of points about their middle; if it is backward.
 
@@ -88,11 +84,11 @@ def _canonical(points: Array, closed: bool) -> tuple[Ints, bool]:
     by coordinates.
     """
     n = len(points)
-    away = np.linalg.norm(points, axis=1)
+    away = distances_from(points, np.zeros(points.shape[1]))
     farthest = np.flatnonzero(away == away.max())
     first = int(farthest[np.lexsort(points[farthest].T)[-1]]) if closed else 0
     rows = (first + np.arange(n + closed)) % n
-    step = np.linalg.norm(np.diff(points[rows], axis=0), axis=1)
+    step = chord_lengths(points[rows])
     along = np.cumsum(step) - 0.5 * (step + step.sum())  # of the chords' middles, from the half
     far = away[rows]
     outward = float(np.sum(step * along * (far[:-1] + far[1:])))

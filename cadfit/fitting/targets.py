@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cadfit import bezier
 from cadfit.bezier import Array, Ints
-from cadfit.fitting.matching import blocks
 from cadfit.fitting.spans import dot
+from cadfit.points.measures import blocks
 
 BULGE = 1.5  # how far a curve may stray from a chord, in bulges of the centripetal cardinal curve, beyond the tolerance
 _QUARTERS = np.array([[(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3] for t in np.linspace(0, 1, 5)])

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array, Ints
-from cadfit.numbers import as_numbers
+from cadfit.numbers import as_numbers, check_finite
+from cadfit.points.measures import extent
 
 LARGEST = 1e60
 """Coordinates are below this: fifth powers of lengths are computed."""
@@ -49,10 +50,7 @@ def as_points(points: ArrayLike | Sequence[Sequence[float]], least: int = 2) -> 
         raise ValueError(f"points must have the shape (n, d): n rows of d coordinates, not {array.shape}")
     if len(array) < least:
         raise ValueError(f"at least {least} points are needed, not {len(array)}")
-    finite = np.isfinite(array)
-    if not finite.all():
-        row = int(np.argmin(finite.all(axis=1)))
-        raise ValueError(f"row {row} of the points is not finite: {array[row].tolist()}")
+    check_finite(array, "points")
     return array
 
 
@@ -90,7 +88,8 @@ def clean(points: ArrayLike, closed: bool | None = None) -> CleanPoints:
     if not isinstance(closed, (bool, np.bool_, type(None))):
         raise TypeError(f"closed must be True, False or None, not {closed!r:.80}")
     array = as_points(points)
-    fresh = np.concatenate([[True], np.any(array[1:] != array[:-1], axis=1)])
+    fresh = np.ones(len(array), dtype=np.bool_)
+    np.any(array[1:] != array[:-1], axis=1, out=fresh[1:])
     kept = np.flatnonzero(fresh)
     returns = len(kept) > 1 and np.array_equal(array[kept[0]], array[kept[-1]])
     if closed is None:
@@ -112,7 +111,7 @@ def check_size(points: Array) -> None:
     ValueError: coordinates must be below 1e+60, and one is 1e+100: scale them
     """
     check_largest(points)
-    size = float(np.max(points.max(axis=0) - points.min(axis=0)))
+    size = extent(points)
     if not size > 1.0 / LARGEST:
         raise ValueError(f"the points' size must be above {1.0 / LARGEST:g}, and it is {size:.3g}: scale them")
 
@@ -132,7 +131,7 @@ def check_squares(points: Array) -> None:
     ValueError: the points' size must be between 1e-150 and 1e+150, and it is 1e-200: scale them
     """
     with np.errstate(over="ignore"):
-        size = float(np.max(points.max(axis=0) - points.min(axis=0)))
+        size = extent(points)
     if size and not 1.0 / _SQUARED < size < _SQUARED:
         raise ValueError(
             f"the points' size must be between {1.0 / _SQUARED:g} and {_SQUARED:g}, and it is {size:.3g}: scale them"
@@ -143,4 +142,5 @@ def _up_to_three(points: Array) -> int:
     """Return how many points are distinct, at most 3; neighbours differ."""
     if len(points) < 3:
         return len(points)
-    return 2 + bool(np.any(np.any(points[2:] != points[0], axis=1) & np.any(points[2:] != points[1], axis=1)))
+    some = points[2:3] if np.any(points[2] != points[0]) else points[2:]  # nearly always the third is another
+    return 2 + bool(np.any(np.any(some != points[0], axis=1) & np.any(some != points[1], axis=1)))

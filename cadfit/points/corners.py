@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from cadfit.bezier import Array, Ints
 from cadfit.numbers import as_number
 from cadfit.points.clean import as_contour
+from cadfit.points.measures import distances_from, lengths_along
 
 _LEAST_TURN = np.radians(30.0)
 _STANDS_OUT = 3.0  # times the turns next to it
@@ -41,8 +42,12 @@ def find_corners(points: ArrayLike, tolerance: float, closed: bool = False, angl
         return np.zeros(0, dtype=np.intp)
     path = np.concatenate([array, array, array]) if closed else array
     behind, ahead, straight = _arms(path, _ARM * tolerance)
+    if not straight.any():  # as of many points in noise
+        return np.zeros(0, dtype=np.intp)
     turns = _turns(path, behind, ahead)
     corner = straight & (turns > (_LEAST_TURN if angle is None else angle))
+    if not corner.any():  # as of most curves: what follows takes as long again
+        return np.zeros(0, dtype=np.intp)
     if angle is None:
         corner &= turns > _STANDS_OUT * np.maximum(turns[behind], turns[ahead])
     turns = np.append(np.where(straight, turns, 0.0), 0.0)
@@ -58,21 +63,20 @@ def find_corners(points: ArrayLike, tolerance: float, closed: bool = False, angl
 
 def _arms(path: Array, length: float) -> tuple[Ints, Ints, NDArray[np.bool_]]:
     """Return the rows where each point's arms end, and whether both are that long and nearly straight."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    along = lengths_along(path)
     rows, last = np.arange(len(path)), len(path) - 1
     ahead = np.maximum(np.searchsorted(along, along + length), rows + 1)
     behind = np.minimum(np.searchsorted(along, along - length, side="right") - 1, rows - 1)
     whole = (behind >= 0) & (ahead <= last)
     behind, ahead = np.maximum(behind, 0), np.minimum(ahead, last)
     for end in (behind, ahead):
-        chord = np.linalg.norm(path[end] - path, axis=1)
-        whole &= chord >= _STRAIGHT * np.abs(along[end] - along)
+        whole &= distances_from(path, path[end]) >= _STRAIGHT * np.abs(along[end] - along)
     return behind, ahead, whole
 
 
 def _turns(path: Array, behind: Ints, ahead: Ints) -> Array:
     """Return the angles (n,) between the arms of each point of the path."""
     first, second = path - path[behind], path[ahead] - path
-    lengths = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    lengths = np.sqrt(np.einsum("nd,nd->n", first, first)) * np.sqrt(np.einsum("nd,nd->n", second, second))
     cosine = np.einsum("nd,nd->n", first, second) / np.where(lengths > 0, lengths, 1.0)
     return np.where(lengths > 0, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)

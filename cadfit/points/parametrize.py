@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from cadfit.bezier import Array
 from cadfit.points.clean import as_points, check_squares
+from cadfit.points.measures import chord_lengths
 
 Parametrization = Literal["uniform", "centripetal", "chord"]
 
-_BLOCK = 1 << 13  # points: their steps stay in the cache, and take no fresh memory
 _LEAST = 8.0  # roundings of a parameter: between the next two, a spline may have two more knots
 _SHORT, _LONG = 1e-150, 1e150  # chords beyond are looked at closely: their squares are rounded, or no numbers
 _STEP: dict[str, Callable[[Array], Array]] = {"uniform": np.ones_like, "centripetal": np.sqrt, "chord": np.asarray}
@@ -42,13 +42,8 @@ def parameters_of(points: Array, parametrization: Parametrization, closed: bool)
         raise ValueError(f"parametrization must be one of {get_args(Parametrization)}, not {parametrization!r}")
     if closed:
         points = np.concatenate([points, points[:1]])
-    chords = np.empty(len(points) - 1)
     with np.errstate(over="ignore"):
-        for start in range(0, len(chords), _BLOCK):
-            steps = points[start + 1 : start + 1 + _BLOCK] - points[start : min(start + _BLOCK, len(chords))]
-            steps *= steps
-            np.dot(steps, np.ones(steps.shape[1]), out=chords[start : start + _BLOCK])
-    np.sqrt(chords, out=chords)
+        chords = chord_lengths(points)
     if not (chords.min() > _SHORT and chords.max() < _LONG):
         _check_chords(points, closed)
     parameters = np.empty(len(points))

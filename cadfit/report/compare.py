@@ -19,6 +19,7 @@ from cadfit.fitting.approximate import Effort, fit
 from cadfit.fitting.judging import judged, straying
 from cadfit.joining import periodic
 from cadfit.points.clean import clean
+from cadfit.points.measures import lengths_along
 from cadfit.report.data import Entry
 from cadfit.stages import Progress, stage
 from cadfit.workers import within
@@ -31,7 +32,7 @@ def fitpack(points: Array, tolerance: float, closed: bool, rounds: int = 20) -> 
     squares, so no single call keeps a distance.
     """
     contour = _contour(points, closed)
-    u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(contour, axis=0), axis=1))])
+    u = lengths_along(contour)
     low, high = np.log(1e-10 * tolerance**2), np.log(4.0 * len(contour) * tolerance**2)
     best: Any = None
     for _ in range(rounds):

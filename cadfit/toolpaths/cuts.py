@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cadfit.bezier import Array, Ints
+from cadfit.points.measures import lengths_along
 from cadfit.toolpaths.channel import line_deviation
 from cadfit.toolpaths.fewest import Flat, fewest
 from cadfit.toolpaths.machine import PLANES, Place
@@ -105,7 +106,7 @@ def _planes(path: Toolpath) -> list[tuple[int, int, int]]:
 def _climbs(path: Toolpath, part: tuple[int, int], room: float, most: int) -> list[tuple[int, int]]:
     """Return the parts, at most so many, in which Z changes evenly along X and Y; none where they are not all of it."""
     (start, end), heights = part, path.points[:, 2]
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path.points[:, :2], axis=0), axis=1)))
+    along = lengths_along(path.points[:, :2])
     parts: list[tuple[int, int]] = []
     if not np.isin(path.planes[start:end], (0, 17)).all():
         return parts
@@ -219,7 +220,7 @@ def splines(
 
 def _rows(points: Array, poles: Array) -> list[int]:
     """Return for each piece the vertex that is taken for its end: rising, the nearest in length."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    along = lengths_along(points)
     sizes = np.cumsum(np.linalg.norm(np.diff(poles, axis=1), axis=2).sum(axis=1))
     rows = np.searchsorted(along, sizes * along[-1] / sizes[-1])
     m, n = len(rows), len(points)
