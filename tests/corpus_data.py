@@ -47,11 +47,16 @@ ABSENT = f"no corpus at {FOLDER} (CADFIT_CORPUS names another place)"
 PRESENT = (FOLDER / "corpus.py").is_file()
 
 
+@cache
+def _family(name):
+    return _corpus().load(family=name)
+
+
 def with_corners(*families):
     """The corpus' curves of these families whose corners are known, and the rows of those."""
     if not PRESENT:
         pytest.skip(ABSENT)
-    members = [curve for family in families for curve in _corpus().load(family=family)]
+    members = [curve for family in families for curve in _family(family)]
     return [(curve, np.array(curve.meta["corners"], dtype=int)) for curve in members if "corners" in curve.meta]
 
 
@@ -64,7 +69,7 @@ def curves(per_family=3, max_points=2000, families=None):
         return [pytest.param(None, id="corpus", marks=pytest.mark.skip(reason=ABSENT))]
     found = []
     for family in families or _corpus().families():
-        members = _corpus().load(family=family, max_points=max_points)
+        members = [curve for curve in _family(family) if max_points is None or len(curve.points) <= max_points]
         for k in np.unique(np.linspace(0, len(members) - 1, min(per_family, len(members))).astype(int)):
             cleaned = clean(members[k].points, closed=members[k].closed)
             found.append(pytest.param(Shape(cleaned.points, cleaned.closed), id=f"{family}-{members[k].name}"))

@@ -81,7 +81,7 @@ def turns(arcs):
 
 
 @pytest.mark.parametrize("name", CURVES)
-@pytest.mark.parametrize("tolerance", [0.1, 0.01])
+@pytest.mark.parametrize("tolerance", [0.1, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_within_the_tolerance_both_ways_joined_and_smooth(name, tolerance):
     fit = CURVES[name]
     arcs = cadfit.arcs(fit, tolerance)

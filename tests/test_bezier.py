@@ -190,6 +190,7 @@ def test_lengths_of_smooth_pieces_agree_with_polygons(seed):
     np.testing.assert_allclose(bezier.lengths(pieces), truth, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_lengths_of_many_pieces_are_those_of_each():
     """More pieces than are handled at a time, easy and hard ones mixed."""
     few = np.concatenate([random_pieces(3, m=60, d=2), random_pieces(4, m=40, d=2, on_grid=True)])

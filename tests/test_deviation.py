@@ -195,7 +195,10 @@ def twice_round():
     return (1 + 0.02 * np.cos(turn / 2))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
 
 
-@pytest.mark.parametrize(("contour", "noise"), [(crossing(), 0.0), (crossing(), 1e-3), (twice_round(), 5e-3)])
+@pytest.mark.parametrize(
+    ("contour", "noise"),
+    [(crossing(), 0.0), (crossing(), 1e-3), pytest.param(twice_round(), 5e-3, marks=pytest.mark.slow)],
+)
 def test_a_closed_curve_starts_on_the_branch_the_first_point_is_on(contour, noise):
     spline = cadfit.local_spline(contour, closed=True)
     points = contour + noise * np.random.default_rng(0).normal(size=contour.shape)

@@ -218,6 +218,7 @@ def test_a_noisy_circle_is_smoothed_within_the_tolerance_and_followed_where_that
     held(traced, type(OWN["leaf"])(points, True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_noise_at_twice_its_scale_takes_as_many_poles_whichever_way_it_is_turned(seed):
     """Strays are found while knots are added, and points side by side slide to one foot point: neither may run away."""
@@ -259,6 +260,7 @@ def test_a_straight_run_takes_four_poles_in_noise_larger_than_the_spacing(effort
         held(fit, type(OWN["leaf"])(points, False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", ["fast", "best"])
 def test_points_far_nearer_each_other_than_the_tolerance_are_measured_at_their_own_places(effort):
     t = np.linspace(0, 1, 1500)  # 1.6 times as far as they are, where each moved by less than the way to the next
@@ -373,6 +375,7 @@ def test_ends_have_the_tangents_asked_for():
     held(fit, type(OWN["leaf"])(points, False))
 
 
+@pytest.mark.slow
 def test_two_points_have_the_tangents_asked_for():
     rng = np.random.default_rng(0)
     for _ in range(100):  # without samples between the points the equations were empty, and poles became infinite

@@ -47,6 +47,7 @@ def random_path(seed, n=12, scale=1.0):
     return cardinal_spline(scale * np.random.default_rng(seed).normal(size=(n, 3)), curvature=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [helix(1, 60), random_path(1), random_path(2)], ids=["helix", "random", "random2"])
 def test_transport_by_tiny_projections(path):
     f = frames(path, np.linspace(*path.domain, 400))

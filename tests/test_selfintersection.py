@@ -50,7 +50,7 @@ def test_the_independent_test_counts():
         (CUSP, 0.1, "cusp", 0.5, 0.0),
         (BACK, 0.3, "cusp", 5.0, 0.0),
         (SHORT, 0.5, "corner", 5.0, 0.24),
-        (loop(), 0.6, "near", None, 0.5),
+        pytest.param(loop(), 0.6, "near", None, 0.5, marks=pytest.mark.slow),
     ],
     ids=["tight", "cusp", "back", "short", "loop"],
 )
@@ -203,7 +203,8 @@ def flanges(turn, apart=3.0, neck=0.3):
     return path, radius
 
 
-@pytest.mark.parametrize("turn", [20, *(pytest.param(turn, marks=pytest.mark.slow) for turn in (40, 60, 80))])
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", [20, 40, 60, 80])
 def test_discs_on_both_sides_of_a_gentle_bend(turn):
     """Where each is the path is straight, and the neck between them has room in the bend."""
     path, radius = flanges(np.radians(turn))
@@ -223,6 +224,7 @@ def test_cones_that_share_a_mitre(turn, radius):
         assert 0.0 < worst.largest < worst.reach
 
 
+@pytest.mark.slow
 def test_a_ribbon_that_turns_beside_a_bend_and_back():
     path, _ = flanges(np.radians(60))
     ribbon = [[-6, -0.1], [6, -0.1], [6, 0.1], [-6, 0.1]]
@@ -243,9 +245,9 @@ ASIDE = np.array([[0.2, 0.2], [0.6, 0.2], [0.6, 0.4], [0.2, 0.4]])
     ("profile", "twist", "ends", "meets"),
     [
         (BAR, 8.0, [[-1.1, 0, 0], [0.45, 1.9, 0]], True),
-        (2 * BAR, 2.0, [[-1.3, 0, 0], [0.26, 1.97, 0]], True),
-        (4 * BAR, 8.0, [[-0.5, 0, 0], [0.47, 0.27, 0]], True),
-        (4 * ASIDE, -3.0, [[-2.2, 0, 0], [0.84, 1.54, 0]], True),
+        pytest.param(2 * BAR, 2.0, [[-1.3, 0, 0], [0.26, 1.97, 0]], True, marks=pytest.mark.slow),
+        pytest.param(4 * BAR, 8.0, [[-0.5, 0, 0], [0.47, 0.27, 0]], True, marks=pytest.mark.slow),
+        pytest.param(4 * ASIDE, -3.0, [[-2.2, 0, 0], [0.84, 1.54, 0]], True, marks=pytest.mark.slow),
         (BAR, 1.0, [[-2.2, 0, 0], [0.84, 1.54, 0]], False),
         (ANGLE, 0.3, [[-0.8715, 0, 0], [-1.239, 2.2224, 0]], False),  # with no room to grow for its volume
     ],

@@ -76,7 +76,8 @@ def helix(n=400, turns=4, pitch=1.5):
     return np.column_stack([radius * np.cos(t), radius * np.sin(t), -pitch * t / (2 * np.pi)])
 
 
-@pytest.mark.parametrize("tolerance", [0.05, pytest.param(0.01, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [0.05, 0.01])
 def test_an_even_climb_takes_helices(tmp_path, tolerance):
     out, done = refitted(HEAD + program(helix(), letters="XYZ") + FOOT, tmp_path, tolerance)
     assert done.moves[0] > 10 * done.moves[1]
@@ -240,7 +241,7 @@ def printed(points, absolute, start=0.0, flow=0.0333):
     return f"G0 X{points[0, 0]:.3f} Y{points[0, 1]:.3f} F9000\nG1 F1800\n" + "".join(rows)
 
 
-@pytest.mark.parametrize("absolute", [True, False])
+@pytest.mark.parametrize("absolute", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_print_extrudes_what_it_did(tmp_path, absolute):
     path = np.round(flower(), 3)
     head = f"; sliced\nG21\nG90\n{'M82' if absolute else 'M83'}\nM104 S210 ; heat\nG92 E0\n;LAYER:0\nG0 Z0.2\n"

@@ -126,7 +126,7 @@ def test_solid_and_volume(case, share):
     assert mesh.volume == pytest.approx(np.pi * radius**2 * path.length(), rel=0.02 * share)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.03])
+@pytest.mark.parametrize("share", [0.2, pytest.param(0.03, marks=pytest.mark.slow)])
 def test_within_tolerance_of_the_exact_surface_both_ways(case, share):
     path, radius = case
     tolerance = share * radius

@@ -124,7 +124,9 @@ def test_a_loop_is_found_where_it_is():
 
 
 @pytest.mark.parametrize("shape", [WAVE, OVAL, KNOTTED], ids=["wave", "oval", "knotted"])
-@pytest.mark.parametrize("share", [3e-3, 1e-3, 3e-4, 1e-4, 1e-5])
+@pytest.mark.parametrize(
+    "share", [3e-3, 1e-3, *(pytest.param(share, marks=pytest.mark.slow) for share in (3e-4, 1e-4, 1e-5))]
+)
 def test_below_the_sagitta_the_corners_are_rounded(shape, share):
     fit, found = follows(shape, share * shape.size, corners=None)
     assert found.curve <= 1.15 * found.polyline + 0.1
@@ -134,6 +136,7 @@ def test_below_the_sagitta_the_corners_are_rounded(shape, share):
     assert fit.poles <= 3 * len(shape.points) + 4
 
 
+@pytest.mark.slow
 def test_the_poles_rise_gently_from_a_smooth_curve_to_rounded_corners():
     poles = [follows(WAVE, tolerance)[0].poles for tolerance in (0.01, 0.005, 0.0025, 0.0015, 0.001, 0.0003, 0.0001)]
     assert poles == sorted(poles)
