@@ -154,10 +154,9 @@ def test_given_directions_at_the_ends_are_kept_without_loops(tolerance):
         assert velocity @ direction == pytest.approx(np.linalg.norm(velocity), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", curves(per_family=1, max_points=150))
-@pytest.mark.parametrize(
-    "share", [pytest.param(1e-3, marks=pytest.mark.slow), 1e-4, pytest.param(1e-5, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("share", [1e-3, 1e-4, 1e-5])
 def test_real_polylines_are_followed_without_loops(shape, share):
     _, found = follows(shape, share * shape.size)
     assert found.curve <= 1.25 * found.polyline + 0.5
