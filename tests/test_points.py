@@ -37,7 +37,7 @@ def test_lengths_are_those_of_numpy_to_the_last_bit(points):
 def test_the_middle_is_rounded_but_once_and_has_no_order(points):
     found = middle(points)
     exact = np.array([fsum(column) for column in points.T]) / len(points)
-    assert np.all(np.abs(found - exact) <= EPS * np.abs(exact) + 2.0**-60 * np.abs(points).max())
+    assert np.all(np.abs(found - exact) <= EPS * np.abs(exact) + 2.0**-60 * np.abs(points).max(axis=0))
     np.testing.assert_array_equal(middle(points[::-1]), found)
     np.testing.assert_array_equal(middle(np.random.default_rng(4).permutation(points)), found)
 

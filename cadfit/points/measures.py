@@ -67,7 +67,7 @@ def middle(points: Array) -> Array:
     array([0.33333333, 1.        ])
     """
     digits = 52 - len(points).bit_length()
-    coarse = 2.0 ** (int(np.frexp(np.abs(points).max())[1]) - digits)
+    coarse = 2.0 ** (np.frexp([np.abs(column).max() for column in points.T])[1] - digits)
     sums = np.zeros((2, points.shape[1]))
     for rows in blocks(len(points)):
         left = points[rows]
