@@ -21,8 +21,9 @@ _NEAR = 1.75  # a largest error that better knots may yet bring down
 _HOPELESS = 3.0  # a largest error that tells that so few spans will not do, whatever they are made from
 _MET = 0.05  # of two targets' distance: parameters that near have slid together
 _SHARE, _LARGE_SHARE = 0.25, 0.35  # of the spans: how many are taken away at once, at first
+_SMALL_SHARE = 0.1  # of them: how many are, from what was found since more had failed
 _MENDINGS = 3  # rounds of knots for what fails with fewer spans, as long as they stay fewer
-_FEW_TRIALS, _FEW_PASSES = 8, 6
+_FEW_TRIALS, _FEW_PASSES = 12, 6
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
 
 
@@ -115,29 +116,33 @@ def _bisected(trial: Trial) -> Array:
 
 
 @stage("taking spans away")
-def few(trial: Trial, progress: Progress = unheard) -> Trial:
+def few(trial: Trial, progress: Progress = unheard, trials: int = _FEW_TRIALS) -> Trial:
     """Return the trial with as few spans as a few trials find to meet the targets, knots being moved.
 
     Each takes away a share of the spans until one fails, and then half of those that lie between. One that fails is
-    given knots where it does, as long as it has fewer than before.
+    given knots where it does, as long as it has fewer than before. As few may do from what was found since, so smaller
+    shares are taken from there in the end.
     """
     least, failed, looped = 4 if trial.goal.closed else 1, 0, _loops(trial)
-    for turn in range(_FEW_TRIALS):
-        progress(turn / _FEW_TRIALS)
+    origin = None  # of the last one that failed
+    for turn in range(trials):
+        progress(turn / trials)
         m = trial.curve.spans.count
         cut = (m - failed) // 2 if failed else min(max(1, round(_LARGE_SHARE * m)), m - least)
+        if cut < 1 and origin is not trial:
+            failed, cut = 0, min(max(1, round(_SMALL_SHARE * m)), m - least)
         if cut < 1:
             break
         fewer = relax(start(trial.goal, by_removal(trial, m - cut), trial.u), _FEW_PASSES, move_knots=True)
         if not fewer.met:
-            nearly, failed = fewer.worst < _NEAR, m - cut
+            nearly, failed, origin = fewer.worst < _NEAR, m - cut, trial
             fewer = _mended(fewer, m, _FEW_PASSES)
             if nearly and fewer.met:  # from its knots so few may yet do
                 failed = max(fewer.curve.spans.count - 2 * max(1, cut // 2), least - 1)
         if fewer.met and (looped or not _loops(fewer)):
             trial, looped = fewer, _loops(fewer)
         else:
-            failed = m - cut
+            failed, origin = m - cut, trial
     return trial
 
 
@@ -146,8 +151,8 @@ def fewest(trial: Trial, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as many trials find to meet the targets, knots being moved and exchanged.
 
     Each takes away a share of the spans; one that fails is given knots where it does, and next time half as many are
-    taken. Where it fails with one span less, the knots are moved to where the largest error is least, and it is tried
-    once more from there.
+    taken. Where it fails with one span less, it is tried from knots as dense as the curve asks for, and once more from
+    where the largest error is least.
     """
     least, cut, fresh, looped = 4 if trial.goal.closed else 1, trial.curve.spans.count, True, _loops(trial)
     for turn in range(_MANY_TRIALS):
@@ -160,8 +165,10 @@ def fewest(trial: Trial, progress: Progress = unheard) -> Trial:
         hopeless = fewer.worst > _HOPELESS
         if cut > 1:
             fewer = _mended(fewer, m, _MANY_PASSES)
-        elif m - cut > least and not hopeless:
-            fewer = _with_exchanges(fewer)
+        elif not hopeless:
+            fewer = _with_exchanges(fewer) if m - 1 > least else fewer
+            if not fewer.met:
+                fewer = relax(start(trial.goal, by_jumps(trial, m - 1), trial.u), _MANY_PASSES, move_knots=True)
         if fewer.met and (looped or not _loops(fewer)):
             trial, looped, fresh = fewer, _loops(fewer), True
             if trial.curve.spans.count > m - cut:

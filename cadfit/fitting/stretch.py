@@ -26,7 +26,7 @@ _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _LOST = 120.0  # roundings of the largest coordinate: at most so far is a pole moved in place, most at a seam
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
-_FEW = 0.2  # of the time that taking many spans away takes, about: what the first few trials take
+_FEW, _ROUGHLY = 0.1, 4  # of the time that taking many spans away takes, about: what the first few trials take
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
 _ROUNDS = 12  # of mending what a check finds
@@ -198,7 +198,7 @@ def _fewest(trial: Trial, progress: Progress) -> Trial:
 
     Many push knots together, so that what they lead to is worth it only if it has fewer spans.
     """
-    trial = few(trial, portion(progress, 0.0, _FEW))
+    trial = few(trial, portion(progress, 0.0, _FEW), _ROUGHLY)
     fewer = fewest(trial, portion(progress, _FEW, 1.0))
     return fewer if fewer.curve.spans.count < trial.curve.spans.count else trial
 
