@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from heapq import heapify, heappop, heappush
-
 import numpy as np
-from numpy.typing import NDArray
 
 from cadfit.bezier import Array
+from cadfit.fitting.knots import by_jumps, by_removal, exchanged, expected, largest_errors
 from cadfit.fitting.relax import Trial, checked, looping, relax, settled, start
 from cadfit.fitting.rounded import at_points
-from cadfit.fitting.spans import Spans, dot
+from cadfit.fitting.spans import dot
 from cadfit.fitting.targets import Targets
+from cadfit.fitting.thinning import Mask, in_order, thinned
 from cadfit.stages import Progress, stage, unheard
 
 _SHORTEST = 1e-12  # of the curve's parameters: no span is cut that is shorter
@@ -25,6 +24,8 @@ _SMALL_SHARE = 0.1  # of them: how many are, from what was found since more had 
 _MENDINGS = 3  # rounds of knots for what fails with fewer spans, as long as they stay fewer
 _FEW_TRIALS, _FEW_PASSES = 12, 6
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
+_APART = 11  # spans between knots that are taken away at once: nearer ones are not missed alone
+_SINGLE_ROUNDS, _REACHES = 10, range(3, 6)
 
 
 def first_knots(goal: Targets) -> Array:
@@ -96,12 +97,7 @@ def _bisected(trial: Trial) -> Array:
     Spans of next to no length are left: no curve passes points there that come in another order than along it.
     """
     spans, u = trial.curve.spans, trial.u
-    span = trial.seen.at.span
-    starts = span.searchsorted(np.arange(spans.count + 2))
-    worst = np.maximum.reduceat(np.append(trial.error, 0.0), starts[:-1])
-    worst[starts[:-1] == starts[1:]] = 0.0
-    if spans.closed:
-        worst[0] = max(worst[0], worst[-1])
+    worst, starts = largest_errors(trial)
     cut = np.flatnonzero((worst[:-1] > 1.0) & (spans.steps > _SHORTEST * (spans.knots[-1] - spans.knots[0])))
     parts = np.minimum(np.maximum(np.ceil(worst[cut] ** 0.25), 2), 8).astype(np.intp)
     last = np.cumsum(parts - 1)
@@ -183,6 +179,31 @@ def fewest(trial: Trial, progress: Progress = unheard) -> Trial:
     return trial
 
 
+@stage("taking spans away")
+def singly_fewer(trial: Trial, progress: Progress = unheard) -> Trial:
+    """Return the trial without the single knots that it can do without, the others being moved.
+
+    Where there are many spans, those are found at many places at once.
+    """
+    return [trial, *thinned(trial, _far_apart, _moved, _SINGLE_ROUNDS, _REACHES, progress)][-1]
+
+
+def _moved(trial: Trial, knots: Array) -> Trial:
+    return relax(start(trial.goal, knots, trial.u), _MANY_PASSES, move_knots=True)
+
+
+def _far_apart(trial: Trial, needed: Mask) -> Mask:
+    """Return which of the knots to take away: of those not needed the least missed, each far from the others."""
+    missed = in_order(trial, expected(trial))
+    free, gone, n = ~needed, np.zeros(len(missed), dtype=bool), len(missed)
+    for k in np.argsort(missed).tolist() if n > 4 or not trial.goal.closed else []:
+        if free[k]:
+            gone[k] = True
+            around = np.arange(k - _APART, k + _APART + 1)
+            free[around % n if trial.goal.closed else around[(around >= 0) & (around < n)]] = False
+    return gone
+
+
 def _loops(trial: Trial) -> bool:
     return len(looping(trial)) > 0
 
@@ -220,79 +241,3 @@ def _with_exchanges(trial: Trial) -> Trial:
 def _promise(trial: Trial) -> float:
     """Return the mean fourth power of the errors: how far a start seems from meeting its targets."""
     return float(np.mean(trial.error**4))
-
-
-def exchanged(trial: Trial) -> Array:
-    """Return the knots with one more in the span of the largest error, and without another that is missed least."""
-    spans = trial.curve.spans
-    k = int(spans.find(trial.u[[np.argmax(trial.error)]])[0]) % spans.count
-    missed = importance(trial)
-    ends = np.array([k, k + 1]) % spans.count if spans.closed else np.array([k - 1, k])
-    missed[ends[(ends >= 0) & (ends < len(missed))]] = np.inf
-    gone = np.arange(len(missed)) == np.argmin(missed)
-    return np.sort(np.append(_without(spans, gone), 0.5 * (spans.knots[k] + spans.knots[k + 1])))
-
-
-def by_removal(trial: Trial, m: int) -> Array:
-    """Return the knots without those that are missed least."""
-    spans = trial.curve.spans
-    missed = importance(trial).tolist()
-    gone = np.zeros(len(missed), dtype=bool)
-    queue = [(least, k) for k, least in enumerate(missed)]
-    heapify(queue)
-    left = spans.count - m
-    while left:
-        least, k = heappop(queue)
-        if gone[k] or least != missed[k]:
-            continue
-        gone[k] = True
-        left -= 1
-        for j in (k - 1, k + 1):  # each removal makes its neighbours dearer
-            if spans.closed or 0 <= j < len(missed):
-                j %= len(missed)
-                missed[j] *= 4.0
-                heappush(queue, (missed[j], j))
-    return _without(spans, gone)
-
-
-def _without(spans: Spans, gone: NDArray[np.bool_]) -> Array:
-    """Return the knots without some of the inner ones, closed of the starts of spans."""
-    knots = spans.knots
-    if spans.closed:
-        left = knots[:-1][~gone]
-        return np.append(left, left[0] + knots[-1] - knots[0])
-    return np.concatenate([knots[:1], knots[1:-1][~gone], knots[-1:]])
-
-
-def importance(trial: Trial) -> Array:
-    """Return how much each inner knot, closed the start of each span, is missed where it is taken away.
-
-    That is the jump of the third derivative there, for the spans around.
-    """
-    spans = trial.curve.spans
-    h = spans.steps
-    sides = h * np.roll(h, 1) if spans.closed else h[:-1] * h[1:]
-    return np.asarray(np.linalg.norm(trial.curve.third_jumps, axis=0) * sides**1.5)
-
-
-def by_jumps(trial: Trial, m: int) -> Array:
-    """Return m spans with knots as dense as the fourth root of the fourth derivative, read off jumps of the third."""
-    spans = trial.curve.spans
-    h = spans.steps
-    jump = np.linalg.norm(trial.curve.third_jumps, axis=0)
-    if spans.closed:
-        fourth = jump / (0.5 * (h + np.roll(h, 1)))  # at the start of each span
-        density = 0.5 * (fourth + np.roll(fourth, -1))
-    else:
-        if not len(jump):
-            return np.linspace(spans.knots[0], spans.knots[-1], m + 1)
-        fourth = jump / (0.5 * (h[:-1] + h[1:]))
-        fourth = np.concatenate([fourth[:1], fourth, fourth[-1:]])
-        density = 0.5 * (fourth[:-1] + fourth[1:])
-    density = density**0.25 + 1e-9
-    total = np.concatenate([[0.0], np.cumsum(density * h)])
-    if not np.isfinite(total[-1]) or total[-1] <= 0:
-        return np.linspace(spans.knots[0], spans.knots[-1], m + 1)
-    knots = np.interp(np.linspace(0, total[-1], m + 1), total, spans.knots)
-    knots[0], knots[-1] = spans.knots[0], spans.knots[-1]
-    return knots

@@ -13,10 +13,10 @@ from cadfit.fitting.checking import Check, Stretch, checked, nearer
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
-from cadfit.fitting.search import few, fewest, first_knots, grow
+from cadfit.fitting.search import few, fewest, first_knots, grow, singly_fewer
 from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import straight_chain
-from cadfit.fitting.taut import thinned, tightened
+from cadfit.fitting.taut import thinned_taut, tightened
 from cadfit.fitting.thinned import carried, more_rows, spread
 from cadfit.points.measures import chord_lengths, distances_from, middle
 from cadfit.stages import Progress, portion, stage
@@ -26,7 +26,8 @@ _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _LOST = 120.0  # roundings of the largest coordinate: at most so far is a pole moved in place, most at a seam
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
-_FEW, _ROUGHLY = 0.1, 4  # of the time that taking many spans away takes, about: what the first few trials take
+_FEW, _ROUGHLY = 0.2, 8  # of the time that taking many spans away takes, about: what the first few trials take
+_MANY_SPANS = 14  # so many have room for single ones to be taken away at several places
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
 _ROUNDS = 12  # of mending what a check finds
@@ -196,10 +197,13 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
 def _fewest(trial: Trial, progress: Progress) -> Trial:
     """Return the trial with spans taken away by many trials, from where a few have led.
 
-    Many push knots together, so that what they lead to is worth it only if it has fewer spans.
+    They tell whether single spans are to be found at many places at once, or at one in many ways. These push knots
+    together, so that what they lead to is worth it only if it has fewer spans.
     """
-    trial = few(trial, portion(progress, 0.0, _FEW), _ROUGHLY)
-    fewer = fewest(trial, portion(progress, _FEW, 1.0))
+    trial, searching = few(trial, portion(progress, 0.0, _FEW), _ROUGHLY), portion(progress, _FEW, 1.0)
+    if trial.curve.spans.count >= _MANY_SPANS:
+        return singly_fewer(trial, searching)
+    fewer = fewest(trial, searching)
     return fewer if fewer.curve.spans.count < trial.curve.spans.count else trial
 
 
@@ -207,7 +211,7 @@ def _rounded(stretch: Stretch, progress: Progress) -> Check:
     """Return the polyline with its corners rounded, with as few spans as are found by taking knots away."""
     sure, rows = _surely(stretch), np.arange(len(stretch.points))
     with stage("taking corners' knots away"):
-        found = [*thinned(sure.trial, progress)]
+        found = [*thinned_taut(sure.trial, progress)]
     for trial in reversed(found):
         check = checked(stretch, trial, rows)
         for _ in range(_ROUNDS):

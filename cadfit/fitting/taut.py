@@ -10,63 +10,43 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cadfit.bezier import Array
 from cadfit.fitting.feet import wrapped
-from cadfit.fitting.relax import Trial, checked, looping, measured, slid_feet
-from cadfit.fitting.search import importance
+from cadfit.fitting.knots import importance
+from cadfit.fitting.relax import Trial, checked, measured, slid_feet
 from cadfit.fitting.squares import for_all, local
 from cadfit.fitting.steps import averaged, solved, sums
 from cadfit.fitting.targets import Targets
+from cadfit.fitting.thinning import Mask, in_order, thinned
 from cadfit.stages import Progress, unheard
-
-Mask = NDArray[np.bool_]
 
 _INSIDE = 0.9  # of what is allowed: so far in is drawn what is beyond it
 _REST = 0.01  # the weight of what is within: it tends to stay
 _ALONG = 0.05  # of a residual's part along the curve
 _STIFF, _SOFTER, _PASSES = 500.0, 0.4, 12  # the bending's weight in tolerances, at first; times that each pass
 _DAMPING = 1e-9
-_SWEEPS, _ROUNDS, _REPAIRS = 2, 20, 8
+_SWEEPS, _ROUNDS, _REACHES = 2, 20, range(1, 9)
 _BENDING = np.zeros((4, 4))  # the integrals over [0, 1] of products of the second derivatives of 1, x, x^2 and x^3
 _BENDING[2:, 2:] = [[4.0, 6.0], [6.0, 12.0]]
 
 
-def thinned(trial: Trial, progress: Progress = unheard) -> Iterator[Trial]:
-    """Yield the trial without ever more of the knots that it can do without, those missed least first.
+def thinned_taut(trial: Trial, progress: Progress = unheard) -> Iterator[Trial]:
+    """Yield the trial without ever more of the knots that it can do without, the curve being as little bent as it can.
 
-    Each round takes away knots that are missed less than their neighbours, and gives those back near which the curve
-    then does not hold. They stay, at first; so the rounds are few, however long the curve is.
+    Each round takes away knots that are missed less than their neighbours; so the rounds are few, however long the
+    curve is.
     """
     for _ in range(_SWEEPS):
-        before, needed = trial, np.zeros(len(_inner(trial)), dtype=bool)
-        for turn in range(_ROUNDS):
-            progress(turn / _ROUNDS)
-            gone = _least_missed(trial, needed)
-            if not gone.any():
-                break
-            fewer, needed = _without(trial, gone, needed)
-            if fewer is not trial:
-                trial = fewer
-                yield trial
+        before = trial
+        for fewer in thinned(trial, _least_missed, _taut_with, _ROUNDS, _REACHES, progress):
+            yield (trial := fewer)
         if trial is before:
             break
 
 
-def _without(trial: Trial, gone: Mask, needed: Mask) -> tuple[Trial, Mask]:
-    """Return the trial without those of some knots that turn out not to be needed, and which of its knots are."""
-    knots = _inner(trial)
-    for reach in range(1, _REPAIRS + 1):
-        fewer = taut(trial.goal, _around(trial, knots[~gone]), trial.u)
-        if fewer.met and not len(looping(fewer)):
-            return fewer, needed[~gone]
-        back = gone & _concerned(fewer, knots, reach)
-        needed = needed | (back if back.any() else gone)
-        gone = gone & ~needed
-        if not gone.any():
-            break
-    return trial, needed | gone
+def _taut_with(trial: Trial, knots: Array) -> Trial:
+    return taut(trial.goal, knots, trial.u)
 
 
 def taut(goal: Targets, knots: Array, u: Array) -> Trial:
@@ -103,25 +83,9 @@ def _passed(trial: Trial, stiffness: float) -> Trial:
     return slid_feet(goal, solved(goal, curve, matrices, sides, _DAMPING), u, trial.weights, seen.at)
 
 
-def _inner(trial: Trial) -> Array:
-    """Return the knots that may go, rising; of closed curves those in one period from 0."""
-    knots = trial.curve.spans.knots
-    return np.sort(knots[:-1] % trial.goal.period) if trial.goal.closed else knots[1:-1]
-
-
-def _around(trial: Trial, inner: Array) -> Array:
-    """Return all knots of the curve with these inner ones."""
-    if trial.goal.closed:
-        return np.append(inner, inner[0] + trial.goal.period)
-    return np.concatenate([trial.curve.spans.knots[:1], inner, trial.curve.spans.knots[-1:]])
-
-
 def _least_missed(trial: Trial, needed: Mask) -> Mask:
     """Return which of the inner knots are missed less than both neighbours, of those that are not needed."""
-    missed, closed = importance(trial), trial.goal.closed
-    if closed:
-        missed = missed[np.argsort(trial.curve.spans.knots[:-1] % trial.goal.period)]
-    missed = np.where(needed, np.inf, missed)
+    missed, closed = np.where(needed, np.inf, in_order(trial, importance(trial))), trial.goal.closed
     before, after = np.roll(missed, 1), np.roll(missed, -1)
     if not closed:
         before[:1] = after[-1:] = np.inf
@@ -129,16 +93,3 @@ def _least_missed(trial: Trial, needed: Mask) -> Mask:
     if closed and len(gone) - gone.sum() < 4:
         gone[:] = False
     return gone
-
-
-def _concerned(fewer: Trial, knots: Array, reach: int) -> Mask:
-    """Return which of the knots lie in a span where the trial does not hold, or up to so many spans away."""
-    spans = fewer.curve.spans
-    bad = np.zeros(spans.count, dtype=bool)
-    bad[spans.find(fewer.u[fewer.error > 1.0]) % spans.count] = True
-    if fewer.worst <= 1.0:
-        bad[looping(fewer)] = True
-    near = np.any([np.roll(bad, k) for k in range(-reach, reach + 1)], axis=0)
-    if spans.closed:
-        knots = spans.knots[0] + (knots - spans.knots[0]) % fewer.goal.period
-    return np.asarray(near[spans.find(knots) % spans.count])
