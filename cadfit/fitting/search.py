@@ -112,7 +112,7 @@ def _bisected(trial: Trial) -> Array:
 
 
 @stage("taking spans away")
-def few(trial: Trial, progress: Progress = unheard, trials: int = _FEW_TRIALS) -> Trial:
+def few(trial: Trial, progress: Progress = unheard) -> Trial:
     """Return the trial with as few spans as a few trials find to meet the targets, knots being moved.
 
     Each takes away a share of the spans until one fails, and then half of those that lie between. One that fails is
@@ -121,8 +121,8 @@ def few(trial: Trial, progress: Progress = unheard, trials: int = _FEW_TRIALS) -
     """
     least, failed, looped = 4 if trial.goal.closed else 1, 0, _loops(trial)
     origin = None  # of the last one that failed
-    for turn in range(trials):
-        progress(turn / trials)
+    for turn in range(_FEW_TRIALS):
+        progress(turn / _FEW_TRIALS)
         m = trial.curve.spans.count
         cut = (m - failed) // 2 if failed else min(max(1, round(_LARGE_SHARE * m)), m - least)
         if cut < 1 and origin is not trial:

@@ -26,7 +26,7 @@ _SOME = 2000  # of them at first
 _MARGIN = 1e-3  # of the tolerance, for certified bounds are a little above the distances that occur
 _LOST = 120.0  # roundings of the largest coordinate: at most so far is a pole moved in place, most at a seam
 _GROWN, _NEARLY = 0.1, 0.8  # of the time, about: where the curve holds, and where it waits for a check
-_FEW, _ROUGHLY = 0.2, 8  # of the time that taking many spans away takes, about: what the first few trials take
+_FEW = 0.2  # of the time that taking many spans away takes, about: what the first few trials take
 _MANY_SPANS = 14  # so many have room for single ones to be taken away at several places
 _SOFT = 6  # the pass from which on a nearly tight curve is tightened
 _SWING = 0.5  # of what a curve may stray: what comes so far is a swing, to be watched where it strays elsewhere
@@ -197,10 +197,11 @@ def _smooth(stretch: Stretch, best: bool, progress: Progress) -> Check | None:
 def _fewest(trial: Trial, progress: Progress) -> Trial:
     """Return the trial with spans taken away by many trials, from where a few have led.
 
-    They tell whether single spans are to be found at many places at once, or at one in many ways. These push knots
-    together, so that what they lead to is worth it only if it has fewer spans.
+    These are all that "fast" makes, so there are never more spans than with it. They tell whether single spans are to
+    be found at many places at once, or at one in many ways. These push knots together, so that what they lead to is
+    worth it only if it has fewer spans.
     """
-    trial, searching = few(trial, portion(progress, 0.0, _FEW), _ROUGHLY), portion(progress, _FEW, 1.0)
+    trial, searching = few(trial, portion(progress, 0.0, _FEW)), portion(progress, _FEW, 1.0)
     if trial.curve.spans.count >= _MANY_SPANS:
         return singly_fewer(trial, searching)
     fewer = fewest(trial, searching)
