@@ -267,7 +267,10 @@ def _watched(trial: Trial, chords: Ints) -> Trial:
     peaks = (far >= around[:-2]) & (far > around[2:]) & (far > _SWING)
     peaks[np.argmax(far, axis=0), np.arange(len(chords))] = True
     rows, which = np.nonzero(peaks)
-    return watched(trial, chords[which], within[rows, 0])
+    before, here, after = around[rows, which], around[rows + 1, which], around[rows + 2, which]
+    aside = np.clip(0.5 * (after - before) / np.maximum(2.0 * here - before - after, _EPS), -0.5, 0.5)
+    # at the peak of their parabola: a target at the sample itself is met where only its neighbourhood is beyond
+    return watched(trial, chords[which], within[rows, 0] + aside / 64.0)
 
 
 def _surely(stretch: Stretch) -> Check:
