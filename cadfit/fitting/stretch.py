@@ -13,7 +13,7 @@ from cadfit.fitting.checking import Check, Stretch, checked, nearer
 from cadfit.fitting.feet import wrapped
 from cadfit.fitting.relax import Trial, relax, start, watched
 from cadfit.fitting.rounded import rounded_chain, rounded_polyline
-from cadfit.fitting.search import few, fewest, first_knots, grow, singly_fewer
+from cadfit.fitting.search import evenly_fewer, few, fewest, first_knots, grow, singly_fewer
 from cadfit.fitting.spans import Curve, Spans
 from cadfit.fitting.targets import straight_chain
 from cadfit.fitting.taut import thinned_taut, tightened
@@ -203,7 +203,7 @@ def _fewest(trial: Trial, progress: Progress) -> Trial:
     """
     trial, searching = few(trial, portion(progress, 0.0, _FEW)), portion(progress, _FEW, 1.0)
     if trial.curve.spans.count >= _MANY_SPANS:
-        return singly_fewer(trial, searching)
+        return singly_fewer(evenly_fewer(trial), searching)
     fewer = fewest(trial, searching)
     return fewer if fewer.curve.spans.count < trial.curve.spans.count else trial
 
