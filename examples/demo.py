@@ -1,8 +1,7 @@
 """The main job: published points to curves and a tube that CAD opens, and everything opened again to prove it.
 
 Writes to out/demo/, or to the folder given as first argument. What `make demo` runs.
-docs/pictures/protein.png is a copy of a picture this writes; those beside it, of the example of
-the same name.
+docs/pictures/protein.png is a copy of a picture this writes; those beside it, of the example of the same name.
 """
 
 import sys

@@ -10,7 +10,7 @@ import cadfit
 from cadfit.fitting.checking import Stretch
 from cadfit.fitting.knots import expected, importance, largest_errors, without
 from cadfit.fitting.relax import relax, start
-from cadfit.fitting.search import _APART, _far_apart, _moved, few, first_knots, grow, singly_fewer
+from cadfit.fitting.search import _APART, _far_apart, _moved, evenly_fewer, few, first_knots, grow, singly_fewer
 from cadfit.fitting.thinning import in_order, thinned
 from cadfit.stages import unheard
 
@@ -62,6 +62,15 @@ def test_largest_errors_and_what_is_expected(points, closed):
     for k, found in enumerate(expected(trial)):
         beside = (worst[k - 1], worst[k]) if closed else (worst[k], worst[k + 1])
         assert found == pytest.approx(max(beside) + jumps[k], rel=1e-12)
+
+
+def test_on_a_smooth_curve_all_knots_move_for_some_to_be_spared():
+    """A helix, equally bent everywhere: single knots do not go where fewer even ones do."""
+    t = np.linspace(0.0, 8.0 * np.pi, 401)
+    trial = few(grown(np.column_stack([np.cos(t), np.sin(t), t / 8.0]) / 4.0, 2.5e-4))
+    even = evenly_fewer(trial)
+    assert even.met
+    assert even.curve.spans.count < singly_fewer(trial).curve.spans.count <= trial.curve.spans.count
 
 
 @pytest.mark.parametrize(("points", "closed"), [(wave(), False), (ring(), True)])

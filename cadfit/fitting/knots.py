@@ -11,9 +11,7 @@ from cadfit.bezier import Array, Ints
 from cadfit.fitting.relax import Trial
 from cadfit.fitting.spans import Spans
 
-_JUMP_ERROR = (
-    1.0 / 162.0
-)  # |x|^3 / 12 on [-1, 1] is so far from its best cubic: what a jump of 1 leaves, without its knot
+_JUMP_ERROR = 1.0 / 162.0  # how far |x|^3 / 12, whose third derivative jumps by 1, is off its best cubic on [-1, 1]
 
 
 def by_removal(trial: Trial, m: int) -> Array:

@@ -26,7 +26,7 @@ _FEW_TRIALS, _FEW_PASSES = 12, 6
 _MANY_TRIALS, _MANY_PASSES, _EXCHANGES, _SETTLING = 24, 60, 8, 10
 _APART = 11  # spans between knots that are taken away at once: nearer ones are not missed alone
 _EVENLY = (0.8, 0.9)  # of the spans, which on a smooth curve may do if they are even
-_SINGLE_ROUNDS, _REACHES = 10, range(3, 6)
+_SINGLE_ROUNDS, _REACHES = 10, range(3, 6)  # spans around a failure whose knots are given back, first and in the end
 
 
 def first_knots(goal: Targets) -> Array:
@@ -186,10 +186,9 @@ def evenly_fewer(trial: Trial) -> Trial:
 
     On a smooth curve all knots have to move for one to be spared.
     """
-    looped = _loops(trial)
     for share in _EVENLY:
         fewer = _moved(trial, by_jumps(trial, round(share * trial.curve.spans.count)))
-        if fewer.met and (looped or not _loops(fewer)):
+        if fewer.met and not _loops(fewer):
             return fewer
     return trial
 
@@ -204,6 +203,7 @@ def singly_fewer(trial: Trial, progress: Progress = unheard) -> Trial:
 
 
 def _moved(trial: Trial, knots: Array) -> Trial:
+    """Return what many passes make of the trial with these knots, all moving."""
     return relax(start(trial.goal, knots, trial.u), _MANY_PASSES, move_knots=True)
 
 
