@@ -50,7 +50,7 @@ def fit(
     `closed`: whether the curve returns to its first point, C2 across the seam; None: when the last point repeats the
     first. `corners`: where one curve ends and the next begins, each such point being kept exactly: "auto"
     (`cadfit.find_corners`), the least angle in radians that is one, rows of `points`, or None. Open ends are kept
-    exactly, too. `effort`: "fast", or "best" for fewer poles in five times the time. `weights` (n,): how much each
+    exactly, too. `effort`: "fast", or "best" for fewer poles in some six times the time. `weights` (n,): how much each
     point counts in the least squares; the tolerance holds for all. `end_tangents` (2, d): directions at open ends, None
     in place of one that is free.
     `progress` is called with the part that is done, from 0 to 1; raising from it stops the fit.
